@@ -1,0 +1,85 @@
+//! Pose, twist and wrench, and what a haptic device reports. All SI, all in the world frame.
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+/// Position and orientation of a frame in the world.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Pose {
+    /// Metres.
+    pub position: DVec3,
+    /// Unit quaternion.
+    pub orientation: DQuat,
+}
+
+impl Pose {
+    /// At `position`, unturned.
+    #[must_use]
+    pub const fn at(position: DVec3) -> Self {
+        Self { position, orientation: DQuat::IDENTITY }
+    }
+}
+
+impl Default for Pose {
+    fn default() -> Self {
+        Self::at(DVec3::ZERO)
+    }
+}
+
+/// Linear and angular velocity.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Twist {
+    /// m/s.
+    pub linear: DVec3,
+    /// rad/s.
+    pub angular: DVec3,
+}
+
+/// Force and torque about the frame's origin.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Wrench {
+    /// N.
+    pub force: DVec3,
+    /// N·m.
+    pub torque: DVec3,
+}
+
+impl Wrench {
+    /// A force without a torque.
+    #[must_use]
+    pub const fn force(force: DVec3) -> Self {
+        Self { force, torque: DVec3::ZERO }
+    }
+
+    /// Whether every component is a number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.force.is_finite() && self.torque.is_finite()
+    }
+}
+
+/// What a haptic device reports at one instant: the haptic interface point's pose and twist.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Reading {
+    /// Pose of the haptic interface point.
+    pub pose: Pose,
+    /// Its twist.
+    pub twist: Twist,
+}
+
+impl Reading {
+    /// A point at `position` moving at `velocity`.
+    #[must_use]
+    pub fn point(position: DVec3, velocity: DVec3) -> Self {
+        Self { pose: Pose::at(position), twist: Twist { linear: velocity, angular: DVec3::ZERO } }
+    }
+
+    /// Whether every component is a number.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.pose.position.is_finite()
+            && self.pose.orientation.is_finite()
+            && self.twist.linear.is_finite()
+            && self.twist.angular.is_finite()
+    }
+}
