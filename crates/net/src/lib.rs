@@ -1,3 +1,4 @@
 //! The session protocol without sockets or clocks, its wire format, and simulated links.
 
 pub mod packet;
+pub mod play_out;

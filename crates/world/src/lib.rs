@@ -1,1 +1,26 @@
-//! (under construction)
+//! Bodies, walls and virtual couplers, as pure step functions.
+//!
+//! A *model* holds constants, a *state* is a plain value, and a step is a function of both. Nothing here reads a
+//! clock, allocates or fails.
+//!
+//! * A virtual coupler is a spring and damper between two points: `f = k·(x_b − x_a) + b·(v_b − v_a)` on `a`.
+//! * A body of mass `m` under a force `f` held for `T` moves by [`rigid::Stepper`]: with *exact hold*
+//!   `x += T·v + T²·f/(2m)`, `v += T·f/m`, which is what (3.14)–(3.17) of the thesis give for a double integrator.
+//! * A wall is a grounded coupler, one-sided or two-sided.
+//!
+//! ```
+//! use cotouch_scene::scene::{Integrator, SpringDamper};
+//! use cotouch_world::{coupler, rigid::{BodyState, Freedom, Stepper}};
+//! use glam::DVec3;
+//!
+//! let stepper = Stepper::new(0.4, 1.0 / 1024.0, Integrator::ExactHold, Freedom::Line(DVec3::X));
+//! let mut body = BodyState::at_rest(DVec3::ZERO);
+//! let spring = SpringDamper { stiffness_n_per_m: 300.0, damping_n_s_per_m: 10.0 };
+//! let pull = coupler::force(spring, coupler::Stretch::between(body.point(), (DVec3::X * 0.01, DVec3::ZERO)));
+//! stepper.step(&mut body, pull);
+//! assert!((body.twist.linear.x - 3.0 / 0.4 / 1024.0).abs() < 1e-15);
+//! ```
+
+pub mod coupler;
+pub mod rigid;
+pub mod wall;
