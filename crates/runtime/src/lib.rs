@@ -1,1 +1,3 @@
-//! (under construction)
+//! Sessions in virtual time and in real time; recorder and replay.
+
+pub mod record;
