@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::PlayOut;
+use cotouch_scene::scene::{PlayOut, SpringDamper};
 use cotouch_world::coupler::Stretch;
 use cotouch_world::rigid::BodyState;
 use glam::DVec3;
@@ -18,8 +18,8 @@ use crate::{centralized, distributed};
 /// An object beyond this distance (m) or speed (m/s) has left the world.
 const WORLD_BOUND: f64 = 1e3;
 
-/// Most couplers at one host: the own hand's, and two a peer.
-pub const MAX_COUPLERS: usize = 2 * MAX_USERS - 1;
+/// Most couplers at one host: the own hand's, and two a host.
+pub const MAX_COUPLERS: usize = 2 * MAX_USERS + 1;
 
 /// What came of one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +39,8 @@ pub struct TickOutput {
 /// One evaluated coupler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplerOutput {
+    /// Which coupler: 0 is the own hand's, then two a host: its hand's and its object copy's.
+    pub slot: u8,
     /// N/m, faded.
     pub stiffness_n_per_m: f64,
     /// m.
@@ -132,7 +134,8 @@ impl HostModel {
             Role::Client => centralized::client_forces(state),
         };
         if self.role != Role::Client {
-            output.touches_wall = cotouch_world::wall::touches(&self.wall, self.axis, state.object.pose.position);
+            output.touches_wall =
+                cotouch_world::wall::touches(&self.wall, self.axis, state.object.pose.position);
             self.step_object(state, &mut output);
         }
         output
@@ -193,15 +196,29 @@ impl HostState {
     }
 }
 
-/// Adds a coupler's force to the near end's and lists it.
+/// The own hand's coupler.
+pub(crate) const OWN_HAND: u8 = 0;
+
+/// The coupler to the hand of host `peer`.
+pub(crate) fn hand_slot(peer: usize) -> u8 {
+    (1 + 2 * peer) as u8
+}
+
+/// The coupler to the object copy of host `peer`.
+pub(crate) fn object_slot(peer: usize) -> u8 {
+    (2 + 2 * peer) as u8
+}
+
+/// The force of a coupler on its near end, `fade` times its nominal gains; also lists the coupler.
 pub(crate) fn couple(
     output: &mut TickOutput,
-    spring: cotouch_scene::scene::SpringDamper,
+    slot: u8,
+    spring: SpringDamper,
     fade: f64,
     stretch: Stretch,
 ) -> DVec3 {
     let stiffness_n_per_m = fade * spring.stiffness_n_per_m;
-    output.couplers.push(CouplerOutput { stiffness_n_per_m, stretch: stretch.position });
+    output.couplers.push(CouplerOutput { slot, stiffness_n_per_m, stretch: stretch.position });
     fade * cotouch_world::coupler::force(spring, stretch)
 }
 

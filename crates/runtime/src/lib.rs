@@ -1,3 +1,4 @@
 //! Sessions in virtual time and in real time; recorder and replay.
 
+pub mod monitor;
 pub mod record;
