@@ -1,4 +1,3 @@
 //! The session protocol without sockets or clocks, its wire format, and simulated links.
 
 pub mod packet;
-pub mod play_out;
