@@ -44,7 +44,7 @@ impl HostState {
         let peer = |from: HostIndex| PeerState {
             present: false,
             fade: 0.0,
-            samples: PlayOutBuffer::new(model.play_out_periods[from.index()]),
+            samples: PlayOutBuffer::new(model.play_out, model.play_out_periods[from.index()]),
         };
         Self {
             ticks_done: 0,

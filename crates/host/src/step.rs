@@ -76,18 +76,18 @@ impl HostModel {
     /// Takes a packet that arrived; it waits for its play-out. No allocation, bounded work.
     pub fn receive(&self, state: &mut HostState, from: HostIndex, packet: &StatePacket) {
         if let Some(peer) = state.peers.get_mut(from.index()) {
-            peer.samples.insert(packet);
+            peer.samples.insert(packet.clone());
         }
     }
 
     /// Phase 2 of an instant: puts into use the samples that are due at `tick`.
     pub fn play_out(&self, state: &mut HostState, tick: u64) {
         let due = self.step_due(state, tick);
-        for (peer, &periods) in state.peers.iter_mut().zip(&self.play_out_periods) {
+        for peer in &mut state.peers {
             match (self.play_out, due) {
-                (PlayOut::Scheduled, Some(step)) => peer.samples.play_out_scheduled(step, periods),
+                (PlayOut::Scheduled, Some(step)) => _ = peer.samples.due_at_step(step),
                 (PlayOut::Scheduled, None) => {}
-                (PlayOut::OnArrival, _) => peer.samples.play_out_on_arrival(),
+                (PlayOut::OnArrival, _) => _ = peer.samples.due_at_tick(),
             }
         }
         self.adopt_world(state);
@@ -164,7 +164,7 @@ impl HostModel {
         let change = if rises { self.fade_per_tick } else { -self.fade_per_tick };
         peer.fade = (peer.fade + change).clamp(0.0, 1.0);
         if !peer.present && peer.fade == 0.0 {
-            peer.samples.clear();
+            peer.samples.restart();
         }
     }
 

@@ -2,3 +2,5 @@
 
 pub mod monitor;
 pub mod record;
+pub mod exchange;
+pub mod station;
