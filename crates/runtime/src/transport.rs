@@ -186,7 +186,7 @@ impl Transport {
     pub fn leave(mut self, reason: &str) -> Endpoint {
         self.with_endpoint(|endpoint| endpoint.leave(clock::now(), reason));
         for _ in 0..20 {
-            if self.with_endpoint(|endpoint| endpoint.has_left()) {
+            if self.with_endpoint(|endpoint| endpoint.is_closed()) {
                 break;
             }
             thread::sleep(Duration::from_millis(10));
@@ -243,7 +243,11 @@ impl Shared {
             let wake = {
                 let mut protocol = self.lock();
                 while let Ok(Outbound { to, packet }) = outbound.pop() {
-                    protocol.endpoint.send_state(now, &packet, to);
+                    // To a peer that has just gone, nothing is sent; that is all there is to do about it.
+                    let _ = match to {
+                        None => protocol.endpoint.send_state_to_all(now, &packet).map(|_| ()),
+                        Some(to) => protocol.endpoint.send_state(now, &packet, to),
+                    };
                 }
                 if protocol.endpoint.poll_timeout().is_some_and(|due| due <= now) {
                     protocol.endpoint.handle_timeout(now);
@@ -264,9 +268,9 @@ impl Shared {
     fn pump(&self, protocol: &mut Protocol, now: LocalTime) {
         while let Some(transmit) = protocol.endpoint.poll_transmit(now) {
             match &self.ways {
-                None => self.send(transmit.to, transmit.bytes()),
+                None => self.send(transmit.to, &transmit.bytes),
                 Some(ways) => {
-                    ways.lock().unwrap_or_else(PoisonError::into_inner).send(now, transmit.to, transmit.bytes());
+                    ways.lock().unwrap_or_else(PoisonError::into_inner).send(now, transmit.to, &transmit.bytes);
                 }
             }
         }

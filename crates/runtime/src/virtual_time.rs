@@ -8,13 +8,11 @@ use std::net::{Ipv4Addr, SocketAddr};
 
 use cotouch_device::device::Device;
 use cotouch_device::hand::SimulatedHand;
-use cotouch_net::clock::ClockMap;
 use cotouch_net::link::SimulatedLink;
-use cotouch_net::packet::StatePacket;
 use cotouch_net::session::{Endpoint, Event};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::time::{LocalTime, Rate, SessionTime};
+use cotouch_scene::time::{LocalTime, Rate};
 
 use crate::record::TickRecord;
 use crate::station::{Punctuality, Station};
@@ -38,7 +36,6 @@ pub struct VirtualHost<D = SimulatedHand> {
     pub station: Station<D>,
     /// The session protocol.
     pub endpoint: Endpoint,
-    clock: Option<ClockMap>,
     next_tick: u64,
     next_due: i64,
 }
@@ -51,7 +48,6 @@ impl<D: Device> VirtualSession<D> {
         let hosts = scene.hosts().map(|host| VirtualHost {
             station: station(host),
             endpoint: crate::joining::endpoint(scene, host, address(HostIndex::FIRST), now),
-            clock: None,
             next_tick: 0,
             next_due: NEVER,
         });
@@ -95,6 +91,27 @@ impl<D: Device> VirtualSession<D> {
         self.now
     }
 
+    /// The same session, not recorded: what it does leaves the original alone.
+    #[must_use]
+    pub fn fork(&self) -> Self
+    where
+        D: Clone,
+    {
+        let fork = |host: &VirtualHost<D>| VirtualHost {
+            station: host.station.fork(),
+            endpoint: host.endpoint.clone(),
+            next_tick: host.next_tick,
+            next_due: host.next_due,
+        };
+        Self {
+            control: self.control,
+            hosts: self.hosts.iter().map(fork).collect(),
+            links: self.links.clone(),
+            now: self.now,
+            next_network: self.next_network,
+        }
+    }
+
     /// Runs until every host has done all ticks before `tick`; `observe` sees every tick. Gives up, and says so by
     /// `false`, when the hosts have not joined within ten virtual seconds.
     pub fn run_to_tick(&mut self, tick: u64, mut observe: impl FnMut(HostIndex, &TickRecord)) -> bool {
@@ -124,8 +141,8 @@ impl<D: Device> VirtualSession<D> {
         let mut sent = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             if let Some(packet) = host.station.begin(host.next_tick) {
-                host.endpoint.send_state(self.now, &packet, None);
-                sent = true;
+                // A packet for a peer that is not there is not sent.
+                sent |= host.endpoint.send_state_to_all(self.now, &packet).is_ok();
             }
         }
         if sent {
@@ -134,8 +151,7 @@ impl<D: Device> VirtualSession<D> {
         let mut answered = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             for (client, packet) in host.station.respond() {
-                host.endpoint.send_state(self.now, &packet, Some(client));
-                answered = true;
+                answered |= host.endpoint.send_state(self.now, &packet, client).is_ok();
             }
         }
         if answered {
@@ -174,10 +190,10 @@ impl<D: Device> VirtualSession<D> {
             while let Some(transmit) = host.endpoint.poll_transmit(self.now) {
                 any = true;
                 if let Some(to) = host_at(transmit.to).filter(|to| to.index() < users) {
-                    self.links[from * users + to.index()].send(self.now.0, transmit.bytes());
+                    self.links[from * users + to.index()].send(self.now.0, &transmit.bytes);
                 }
             }
-            host.take_events(self.control, self.now);
+            host.take_events(self.control);
         }
         any
     }
@@ -191,7 +207,7 @@ impl<D: Device> VirtualSession<D> {
                 any = true;
                 let host = &mut self.hosts[to];
                 host.endpoint.handle_datagram(LocalTime(arrival), address(HostIndex(from as u8)), bytes);
-                host.take_events(self.control, self.now);
+                host.take_events(self.control);
             }
         }
         any
@@ -199,25 +215,28 @@ impl<D: Device> VirtualSession<D> {
 }
 
 impl<D: Device> VirtualHost<D> {
-    fn take_events(&mut self, control: Rate, now: LocalTime) {
+    fn take_events(&mut self, control: Rate) {
         while let Some(event) = self.endpoint.poll_event() {
             match event {
                 Event::State { from, packet, .. } => self.station.receive(from, &packet),
-                Event::PeerJoined { host, .. } | Event::PeerReturned { host } => {
+                Event::PeerJoined { host, .. } | Event::PeerReturned { host, .. } => {
                     self.station.set_present(host, true);
                 }
                 Event::PeerLeft { host, .. } | Event::PeerLost { host } => {
                     self.station.set_present(host, false);
                 }
+                Event::Started { at } => {
+                    self.next_tick = control.first_tick_at(at);
+                    self.schedule(control);
+                }
                 _ => {}
             }
         }
-        let _ = (control, now);
     }
 
+    /// The true time of the next tick, by this host's idea of the session's clock.
     fn schedule(&mut self, control: Rate) {
-        let instant: SessionTime = control.instant(self.next_tick);
-        self.next_due = self.clock.map_or(NEVER, |clock| clock.local(instant).0);
+        self.next_due = self.endpoint.clock().map_or(NEVER, |clock| clock.local(control.instant(self.next_tick)).0);
     }
 }
 
@@ -230,6 +249,3 @@ fn host_at(address: SocketAddr) -> Option<HostIndex> {
 }
 
 const FIRST_PORT: u16 = 10_000;
-
-/// A packet as it was sent; kept for readers of packets in flight.
-pub type InFlight = StatePacket;

@@ -104,6 +104,13 @@ impl Rate {
         SessionTime(((scaled + numerator / 2) / numerator) as i64)
     }
 
+    /// The first tick whose instant is not before `time`.
+    #[must_use]
+    pub fn first_tick_at(self, time: SessionTime) -> u64 {
+        let last = self.last_tick_at(time);
+        if self.instant(last) < time { last + 1 } else { last }
+    }
+
     /// The last tick whose instant is not after `time` (0 before the session starts).
     #[must_use]
     pub fn last_tick_at(self, time: SessionTime) -> u64 {
