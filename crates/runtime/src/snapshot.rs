@@ -1,0 +1,97 @@
+//! What a session looks like right now: the few numbers that a display needs, the newest only.
+//!
+//! A haptic thread fills a [`HostSnapshot`] without allocating and passes it on through a latest-value exchange; readers
+//! ask a [`SnapshotSource`] whenever they like and never hold a writer up.
+
+use arrayvec::ArrayVec;
+use cotouch_host::model::MAX_USERS;
+use cotouch_scene::geometry::{Pose, Reading, Wrench};
+use cotouch_scene::names::HostIndex;
+use serde::Serialize;
+
+/// A session right now.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct Snapshot {
+    /// Session time, s.
+    pub time_s: f64,
+    /// Whether the run has stayed stable so far; `None` while it is too early to say.
+    pub stable: Option<bool>,
+    /// Whether the session is over; the numbers are the last ones.
+    pub ended: bool,
+    /// Every host that this process knows of.
+    pub hosts: Vec<HostSnapshot>,
+}
+
+/// One host right now. Vectors are in the world frame.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct HostSnapshot {
+    /// Which host.
+    pub host: HostIndex,
+    /// Session time of the last tick, s.
+    pub time_s: f64,
+    /// Where the user's hand is and how it moves.
+    pub hand: Reading,
+    /// What the governor let through to the device.
+    pub commanded: Wrench,
+    /// This host's copy of the object; at a client, the server's object as last heard of.
+    pub object: Pose,
+    /// Whether that object touches the wall.
+    pub touches_wall: bool,
+    /// Whether the world left all bounds at this host.
+    pub diverged: bool,
+    /// Ticks done so far.
+    pub ticks: u64,
+    /// Ticks skipped so far.
+    pub missed: u64,
+    /// How late the last tick began, µs (0 in virtual time).
+    pub lateness_us: f64,
+    /// What this host knows of the ways to its peers.
+    pub links: ArrayVec<LinkSnapshot, MAX_USERS>,
+}
+
+impl Default for HostSnapshot {
+    fn default() -> Self {
+        Self {
+            host: HostIndex::FIRST,
+            time_s: 0.0,
+            hand: Reading::default(),
+            commanded: Wrench::default(),
+            object: Pose::default(),
+            touches_wall: false,
+            diverged: false,
+            ticks: 0,
+            missed: 0,
+            lateness_us: 0.0,
+            links: ArrayVec::new(),
+        }
+    }
+}
+
+/// One host's view of the way to a peer and back.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct LinkSnapshot {
+    /// The other end.
+    pub peer: HostIndex,
+    /// Whether it takes part.
+    pub present: bool,
+    /// Mean round trip, ms; not a number (`null`) before the first.
+    pub round_trip_ms: f64,
+    /// Standard deviation of the round trip, ms.
+    pub rms_jitter_ms: f64,
+    /// Packets received from the peer.
+    pub received: u64,
+    /// Packets that the peer sent and that never came.
+    pub lost: u64,
+}
+
+/// Where a display gets its snapshots.
+pub trait SnapshotSource: Send + Sync {
+    /// The newest snapshot; must not hold up the session.
+    fn latest(&self) -> Snapshot;
+}
+
+impl<F: Fn() -> Snapshot + Send + Sync> SnapshotSource for F {
+    fn latest(&self) -> Snapshot {
+        self()
+    }
+}

@@ -1,0 +1,190 @@
+//! What a run says when it is over, in the shape of the JSON that `cotouch run --json` prints.
+//!
+//! A number that does not exist (a percentile of nothing, the round trip of a link that carried nothing) is `None`,
+//! and so is one that is not finite: both become `null`.
+
+use cotouch_scene::scene::{Architecture, Scene};
+use hdrhistogram::Histogram;
+use serde::{Deserialize, Serialize};
+
+/// What happened in a session, or in one host's part of it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The scene's name.
+    pub scene: String,
+    /// Who computed the world.
+    pub architecture: Architecture,
+    /// Users of the session.
+    pub users: u8,
+    /// How long the session ran, s of session time.
+    pub duration_s: f64,
+    /// Whether the run stayed stable; see [`Summary::instability`].
+    pub stable: bool,
+    /// Why it did not, if it did not.
+    pub instability: Option<Instability>,
+    /// What the analysis had said before; `None` when it could not say anything about the scene.
+    pub predicted: Option<Predicted>,
+    /// The haptic loops, summed over hosts.
+    pub haptic: HapticSummary,
+    /// The network, summed over hosts.
+    pub network: NetworkSummary,
+    /// Where the objects came to rest, or were when the run ended; the first host's copies.
+    pub objects: Vec<ObjectSummary>,
+    /// One entry a user.
+    pub users_detail: Vec<UserSummary>,
+    /// The recording that was written.
+    pub recording: Option<String>,
+    /// The picture that was written.
+    pub picture: Option<String>,
+}
+
+impl Summary {
+    /// The summary of a session of `scene` in which nothing has happened yet.
+    #[must_use]
+    pub fn new(scene: &Scene) -> Self {
+        let user = |user: &cotouch_scene::scene::User| UserSummary {
+            name: user.name.clone(),
+            ..UserSummary::default()
+        };
+        Self {
+            scene: scene.name.clone(),
+            architecture: scene.session.architecture,
+            users: scene.session.users,
+            duration_s: 0.0,
+            stable: true,
+            instability: None,
+            predicted: None,
+            haptic: HapticSummary::default(),
+            network: NetworkSummary::default(),
+            objects: Vec::new(),
+            users_detail: scene.users.iter().map(user).collect(),
+            recording: None,
+            picture: None,
+        }
+    }
+
+    /// Whether prediction and outcome disagree; `None` when nothing was predicted.
+    #[must_use]
+    pub fn disagrees(&self) -> Option<bool> {
+        self.predicted.map(|predicted| predicted.stable != self.stable)
+    }
+}
+
+/// Why a run counts as unstable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Instability {
+    /// After the soft start, a limit of the governor acted for more than 20 ms on end.
+    GovernorLimit,
+    /// The couplers' energy above 8 Hz grew by half or more, and beyond 1 µJ, in the last quarter of the run.
+    EnergyGrowth,
+    /// The world left all bounds.
+    Diverged,
+}
+
+impl Instability {
+    /// In words, to follow "unstable: ".
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::GovernorLimit => "a force limit acted for more than 20 ms on end",
+            Self::EnergyGrowth => "the energy above 8 Hz in the couplers kept growing",
+            Self::Diverged => "the object left all bounds",
+        }
+    }
+}
+
+/// What the analysis says about the whole scene.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Predicted {
+    /// Whether every contact mode is stable.
+    pub stable: bool,
+    /// The largest spectral radius of a mode per analysed period, without the rigid-body poles.
+    pub spectral_radius: f64,
+}
+
+/// The haptic loops; `ticks + missed = due`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct HapticSummary {
+    /// Hosts that the numbers are about.
+    pub hosts: u32,
+    /// Ticks that were due, over all hosts.
+    pub due: u64,
+    /// Ticks that were done.
+    pub ticks: u64,
+    /// Ticks that were skipped because the host was late.
+    pub missed: u64,
+    /// How long ticks took.
+    pub compute_us: Percentiles,
+    /// How late ticks began.
+    pub lateness_us: Percentiles,
+}
+
+/// Percentiles of a duration in µs; all `None` when nothing was measured, as in virtual time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Percentiles {
+    /// Median.
+    pub p50: Option<f64>,
+    /// 99 %.
+    pub p99: Option<f64>,
+    /// 99.9 %.
+    pub p999: Option<f64>,
+    /// Largest.
+    pub max: Option<f64>,
+}
+
+impl Percentiles {
+    /// Of a histogram of nanoseconds.
+    #[must_use]
+    pub fn of_nanoseconds(histogram: &Histogram<u64>) -> Self {
+        if histogram.is_empty() {
+            return Self::default();
+        }
+        let at = |quantile: f64| Some(histogram.value_at_quantile(quantile) as f64 * 1e-3);
+        Self { p50: at(0.5), p99: at(0.99), p999: at(0.999), max: at(1.0) }
+    }
+}
+
+/// The network, summed over hosts.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct NetworkSummary {
+    /// State packets sent.
+    pub sent: u64,
+    /// State packets received, each counted once.
+    pub received: u64,
+    /// State packets that were sent to a host and never came.
+    pub lost: u64,
+    /// Round trip.
+    pub round_trip_ms: RoundTrip,
+}
+
+/// Mean and scatter of the round trip, ms.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct RoundTrip {
+    /// Mean.
+    pub mean: Option<f64>,
+    /// Standard deviation.
+    pub rms_jitter: Option<f64>,
+}
+
+/// One object at the end of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ObjectSummary {
+    /// Its name.
+    pub name: String,
+    /// Where it is, m, in the world frame.
+    pub position_m: [f64; 3],
+    /// How it is turned: a unit quaternion, scalar first.
+    pub orientation_wxyz: [f64; 4],
+}
+
+/// One user of a run.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct UserSummary {
+    /// The user's name.
+    pub name: String,
+    /// Largest magnitude of the force that reached the device, N.
+    pub peak_force_n: f64,
+    /// Energy that the user put into the session, J; negative when the session gave more than it took.
+    pub energy_j: f64,
+}
