@@ -1,0 +1,26 @@
+//! The scenes that are in the program.
+
+use std::iter::Iterator;
+
+const SCENES: &[(&str, &str)] = &[
+    ("single-axis", include_str!("../scenes/single-axis.toml")),
+    ("single-axis-centralized", include_str!("../scenes/single-axis-centralized.toml")),
+];
+
+/// The names of the built-in scenes.
+pub fn names() -> impl Iterator<Item = &'static str> {
+    SCENES.iter().map(|&(name, _)| name)
+}
+
+/// The text of a built-in scene, with its comments.
+#[must_use]
+pub fn source(name: &str) -> Option<&'static str> {
+    SCENES.iter().find(|scene| scene.0 == name).map(|scene| scene.1)
+}
+
+/// What a built-in scene is, in one sentence.
+#[must_use]
+pub fn description(name: &str) -> Option<String> {
+    let scene = crate::source::parse(source(name)?, name, None, &[]).ok()?;
+    Some(scene.description)
+}

@@ -1,0 +1,225 @@
+//! From the tree of a scene to a checked [`Scene`]: every key against its table, then the keys against each other.
+
+use std::collections::BTreeMap;
+
+use crate::blank;
+use crate::consistency::{self, Conflict};
+use crate::error::{Place, Problem, SceneError};
+use crate::keys::parts::{ACTIONS, ActionKind, DO, IMPAIRMENT, SCRIPT, USER, WAY};
+use crate::keys::scene::{LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::{Fallback, Key};
+use crate::scene::{Action, Scene, User, Way};
+use crate::tree::{self, Content, Node, Table};
+use crate::unknown;
+use crate::value::Value;
+
+/// Reads the scene in `tree`; `name` is its name if it has none of its own.
+///
+/// # Errors
+/// Every problem found.
+pub(crate) fn scene(tree: Table, whole: Place, name: String) -> Result<Scene, Vec<SceneError>> {
+    let mut reader = Reader { places: BTreeMap::new(), wrong: Vec::new(), errors: Vec::new() };
+    let scene = reader.scene(&mut Scope { rest: tree, prefix: String::new(), place: whole }, name);
+    if reader.errors.is_empty() { Ok(scene) } else { Err(reader.errors) }
+}
+
+/// Gives a session of `count` users as many: users beyond those given repeat their scripts in turn.
+pub(crate) fn fill_up(users: &mut Vec<User>, count: usize) {
+    let given = users.len();
+    users.truncate(count);
+    for index in given..count {
+        let fresh = blank::user(index + 1);
+        users.push(if given == 0 { fresh } else { User { name: fresh.name, ..users[index % given].clone() } });
+    }
+}
+
+struct Reader {
+    /// Where each key was written.
+    places: BTreeMap<String, Place>,
+    /// Keys with a problem of their own: no conflict of theirs is worth a word.
+    wrong: Vec<String>,
+    errors: Vec<SceneError>,
+}
+
+/// A table that is being read: what is left of it, and what its keys are called.
+struct Scope {
+    rest: Table,
+    /// Empty, or ends in a dot.
+    prefix: String,
+    place: Place,
+}
+
+impl Scope {
+    fn take(&mut self, path: &str) -> Option<Node> {
+        tree::take(&mut self.rest, path)
+    }
+}
+
+/// Reads one table of a list; the number counts from 1.
+type ReadElement<T> = fn(&mut Reader, &mut Scope, usize) -> Option<T>;
+
+impl Reader {
+    fn scene(&mut self, scope: &mut Scope, name: String) -> Scene {
+        let mut scene = blank::scene(name);
+        scene.users = self.list(scope, USER_LIST.0, Self::user);
+        scene.link.ways = self.list(scope, WAY_LIST.0, Self::way);
+        scene.session.users = scene.users.len().clamp(2, 16) as u8;
+        self.fill(IMPAIRMENT, scope, LINK_IMPAIRMENT, &mut scene.link.impairment);
+        self.fill(SCENE, scope, "", &mut scene);
+        self.refuse_unknown(scope, &unknown::scene_keys());
+
+        self.report(scope, consistency::of_users(&scene.users));
+        self.settle_users(scope, &mut scene);
+        self.report(scope, consistency::of_numbers(&scene));
+        self.report(scope, consistency::of_names(&scene.users));
+        scene
+    }
+
+    /// More tables than users are a slip in a file, but not when an override asks for fewer users.
+    fn settle_users(&mut self, scope: &Scope, scene: &mut Scene) {
+        const KEY: &str = "session.users";
+        let (given, wanted) = (scene.users.len(), usize::from(scene.session.users));
+        let overridden = matches!(self.places.get(KEY), Some(Place::Override(_)));
+        if given > wanted && !overridden {
+            let allowed = format!("from the number of [[user]] tables ({given}) to 16");
+            self.report(scope, vec![Conflict { keys: vec![KEY.to_owned()], found: wanted.to_string(), allowed }]);
+        }
+        fill_up(&mut scene.users, wanted);
+    }
+
+    fn user(&mut self, scope: &mut Scope, number: usize) -> Option<User> {
+        let mut user = blank::user(number);
+        user.script = self.list(scope, SCRIPT.0, Self::action);
+        self.fill(USER, scope, "", &mut user);
+        self.refuse_unknown(scope, &unknown::user_keys());
+        Some(user)
+    }
+
+    fn way(&mut self, scope: &mut Scope, _: usize) -> Option<Way> {
+        let mut way = blank::way();
+        self.fill(WAY, scope, "", &mut way);
+        self.fill(IMPAIRMENT, scope, "", &mut way.impairment);
+        self.refuse_unknown(scope, &unknown::way_keys());
+        Some(way)
+    }
+
+    fn action(&mut self, scope: &mut Scope, _: usize) -> Option<Action> {
+        let kind = self.action_kind(scope)?;
+        let mut action = kind.blank.clone();
+        self.fill(kind.keys, scope, "", &mut action);
+        self.refuse_unknown(scope, &unknown::names(kind.keys));
+        Some(action)
+    }
+
+    fn action_kind(&mut self, scope: &mut Scope) -> Option<&'static ActionKind> {
+        let words: Vec<String> = ACTIONS.iter().map(|kind| format!("\"{}\"", kind.word)).collect();
+        let (key, allowed) = (format!("{}{DO}", scope.prefix), format!("one of {}", words.join(", ")));
+        let Some(node) = scope.take(DO) else {
+            self.add(scope.place.clone(), Problem::Missing { key, allowed });
+            return None;
+        };
+        let named = |kind: &&ActionKind| matches!(&node.content, Content::Text(word) if word == kind.word);
+        let kind = ACTIONS.iter().find(named);
+        if kind.is_none() {
+            self.not_allowed(&key, &node, allowed);
+        }
+        kind
+    }
+
+    /// The tables of a list.
+    fn list<T>(&mut self, scope: &mut Scope, path: &str, read: ReadElement<T>) -> Vec<T> {
+        let Some(node) = scope.take(path) else { return Vec::new() };
+        let key = format!("{}{path}", scope.prefix);
+        self.places.insert(key.clone(), node.place.clone());
+        let found = node.found();
+        let Content::List(items) = node.content else {
+            let allowed = "a list of tables".to_owned();
+            self.add(node.place, Problem::NotAllowed { key, found, allowed });
+            return Vec::new();
+        };
+        let mut list = Vec::new();
+        for (index, item) in items.into_iter().enumerate() {
+            let number = index + 1;
+            let found = item.found();
+            if let Content::Table(rest) = item.content {
+                let mut inner = Scope { rest, prefix: format!("{key}.{number}."), place: item.place };
+                list.extend(read(self, &mut inner, number));
+            } else {
+                let (key, allowed) = (format!("{key}.{number}"), "a table".to_owned());
+                self.add(item.place, Problem::NotAllowed { key, found, allowed });
+            }
+        }
+        list
+    }
+
+    /// Sets every one of `keys` in `owner`: first those that are written or have a fixed default, then those that
+    /// follow from these. The keys are below `inner`, which is empty or ends in a dot.
+    fn fill<T>(&mut self, keys: &[Key<T>], scope: &mut Scope, inner: &str, owner: &mut T) {
+        let mut left = Vec::new();
+        for key in keys {
+            let follows = matches!(key.fallback, Fallback::ByArchitecture { .. } | Fallback::Derived { .. });
+            match self.written(key, scope, inner) {
+                Some(value) => (key.access.set)(owner, value),
+                None if follows => left.push(key),
+                None => set_default(key, owner),
+            }
+        }
+        for key in left {
+            set_default(key, owner);
+        }
+    }
+
+    /// The value of a key as written, if it is and is allowed.
+    fn written<T>(&mut self, key: &Key<T>, scope: &mut Scope, inner: &str) -> Option<Value> {
+        let path = format!("{inner}{}", key.name);
+        let name = format!("{}{path}", scope.prefix);
+        let Some(node) = scope.take(&path) else {
+            if matches!(key.fallback, Fallback::Required) {
+                self.wrong.push(name.clone());
+                self.add(scope.place.clone(), Problem::Missing { key: name, allowed: key.allowed() });
+            }
+            return None;
+        };
+        let value = key.kind.read(&node);
+        if value.is_none() {
+            self.not_allowed(&name, &node, key.allowed());
+        }
+        self.places.insert(name, node.place);
+        value
+    }
+
+    fn refuse_unknown(&mut self, scope: &mut Scope, known: &[String]) {
+        let rest = std::mem::take(&mut scope.rest);
+        unknown::refuse(rest, &scope.prefix, "", known, &mut self.errors);
+    }
+
+    /// Reports conflicts: at an override if one is involved, else where the first key is written.
+    fn report(&mut self, scope: &Scope, conflicts: Vec<Conflict>) {
+        for Conflict { keys, found, allowed } in conflicts {
+            if keys.iter().any(|key| self.wrong.contains(key)) {
+                continue;
+            }
+            let places: Vec<&Place> = keys.iter().filter_map(|key| self.places.get(key)).collect();
+            let overridden = places.iter().find(|place| matches!(place, Place::Override(_)));
+            let place = overridden.or(places.first()).map_or(&scope.place, |place| place).clone();
+            let key = keys.into_iter().next().unwrap_or_default();
+            self.add(place, Problem::NotAllowed { key, found, allowed });
+        }
+    }
+
+    fn not_allowed(&mut self, key: &str, node: &Node, allowed: String) {
+        self.wrong.push(key.to_owned());
+        let problem = Problem::NotAllowed { key: key.to_owned(), found: node.found(), allowed };
+        self.add(node.place.clone(), problem);
+    }
+
+    fn add(&mut self, place: Place, problem: Problem) {
+        self.errors.push(SceneError { place, problem });
+    }
+}
+
+fn set_default<T>(key: &Key<T>, owner: &mut T) {
+    if let Some(value) = key.default(owner) {
+        (key.access.set)(owner, value);
+    }
+}

@@ -1,0 +1,185 @@
+//! The keys of what a scene has several of: impairments, ways, users and what their hands do.
+
+use glam::DVec3;
+
+use super::Fallback::{Derived, Is, Kept, Required};
+use super::{Access, Fallback, Key, Kind, at};
+use crate::scene::{Action, Impairment, User, Way};
+use crate::value::{Field as _, Value};
+
+const SHARE: Kind = Kind::Number { min: 0.0, max: 1.0 };
+const TRANSIT: Kind = Kind::Number { min: 0.0, max: 10.0 };
+const HOST: Kind = Kind::Count { min: 1, max: 16 };
+
+const INDEPENDENT_LOSS: Fallback<Impairment> = Derived {
+    says: "1/(1 - loss_rate): every packet is lost or not, whatever happened to the one before",
+    of: |impairment| Value::Number(1.0 / (1.0 - impairment.loss_rate)),
+};
+
+/// `[link.impairment]`, every `[[link.way]]`, and `[impairment]` of a link file.
+#[rustfmt::skip]
+pub(crate) static IMPAIRMENT: &[Key<Impairment>] = &[
+    Key::new("latency_s", TRANSIT, Is("0"), "s", "Transit time of every packet, one way.", at!(latency_s)),
+    Key::new("jitter_s", TRANSIT, Is("0"), "s", "Extra transit time: the mean of an exponential distribution; packets keep their order.", at!(jitter_s)),
+    Key::new("loss_rate", Kind::Number { min: 0.0, max: 0.99 }, Is("0"), "", "Share of packets lost in the long run.", at!(loss_rate)),
+    Key::new("loss_burst_packets", Kind::Number { min: 1.0, max: 1e5 }, INDEPENDENT_LOSS, "packets", "Mean length of a run of lost packets (Gilbert-Elliott); at least loss_rate/(1 - loss_rate).", at!(loss_burst_packets)),
+    Key::new("reorder_rate", SHARE, Is("0"), "", "Share of packets that overtake: they skip the jitter and the queue's order.", at!(reorder_rate)),
+    Key::new("duplicate_rate", SHARE, Is("0"), "", "Share of packets that arrive twice.", at!(duplicate_rate)),
+    Key::new("rate_limit_bytes_per_s", Kind::Number { min: 0.0, max: 1e12 }, Is("0"), "bytes/s", "What passes at most; 0 means no limit.", at!(rate_limit_bytes_per_s)),
+];
+
+/// `[[link.way]]`, next to [`IMPAIRMENT`].
+#[rustfmt::skip]
+pub(crate) static WAY: &[Key<Way>] = &[
+    Key::new("from", HOST, Required, "", "The sending host.", at!(from)),
+    Key::new("to", HOST, Required, "", "The receiving host.", at!(to)),
+];
+
+const USER_NAME: Fallback<User> = Kept { says: "userN" };
+
+/// `[[user]]`, next to the list [`SCRIPT`].
+#[rustfmt::skip]
+pub(crate) static USER: &[Key<User>] = &[
+    Key::new("name", Kind::Text { min: 1, max: 32 }, USER_NAME, "", "The user's name, unique in the session.", at!(name)),
+    Key::new("tracking.stiffness_n_per_m", Kind::Number { min: 0.0, max: 1e6 }, Is("0"), "N/m", "How firmly the hand follows hold, reach and sinusoid; part of the loop that is analysed.", at!(tracking.stiffness_n_per_m)),
+    Key::new("tracking.damping_n_s_per_m", Kind::Number { min: 0.0, max: 1e4 }, Is("0"), "N·s/m", "The damping of that.", at!(tracking.damping_n_s_per_m)),
+    Key::new("repeat", Kind::Flag, Is("false"), "", "Whether the script starts again at its end; otherwise the hand relaxes.", at!(repeat)),
+];
+
+/// The list of a user's actions.
+pub(crate) const SCRIPT: (&str, &str) =
+    ("script", "What the simulated hand does, in order; vectors are 3 numbers, or one along x.");
+/// The key that says which action it is.
+pub(crate) const DO: &str = "do";
+
+/// One kind of action.
+pub(crate) struct ActionKind {
+    /// The value of `do`.
+    pub(crate) word: &'static str,
+    pub(crate) doc: &'static str,
+    pub(crate) blank: Action,
+    pub(crate) keys: &'static [Key<Action>],
+    /// Whether an action is of this kind.
+    pub(crate) is: fn(&Action) -> bool,
+}
+
+/// The kind of an action.
+pub(crate) fn kind_of(action: &Action) -> &'static ActionKind {
+    ACTIONS.iter().find(|kind| (kind.is)(action)).unwrap_or(&ACTIONS[0])
+}
+
+/// Access to a field of one variant. The keys of a kind only ever meet actions of that kind.
+macro_rules! of {
+    ($variant:ident . $field:ident) => {
+        Access {
+            get: |action| match action {
+                Action::$variant { $field, .. } => $field.value(),
+                _ => Value::Flag(false),
+            },
+            set: |action, value| {
+                if let Action::$variant { $field, .. } = action {
+                    $field.assign(value);
+                }
+            },
+        }
+    };
+}
+
+const DURATION: Kind = Kind::Number { min: 1e-3, max: 86_400.0 };
+const TAKES: &str = "How long it takes.";
+
+macro_rules! duration {
+    ($variant:ident) => {
+        Key::new("duration_s", DURATION, Required, "s", TAKES, of!($variant.duration_s))
+    };
+}
+macro_rules! vector {
+    ($variant:ident.$field:ident, $max:literal, $unit:literal, $doc:literal) => {
+        Key::new(stringify!($field), Kind::Vector { max: $max }, Required, $unit, $doc, of!($variant.$field))
+    };
+}
+macro_rules! frequency {
+    ($variant:ident) => {
+        Key::new(
+            "frequency_hz",
+            Kind::Number { min: 1e-3, max: 500.0 },
+            Required,
+            "Hz",
+            "Oscillations a second.",
+            of!($variant.frequency_hz),
+        )
+    };
+}
+macro_rules! phase {
+    ($variant:ident) => {
+        Key::new(
+            "phase_rad",
+            Kind::Number { min: -1e3, max: 1e3 },
+            Is("0"),
+            "rad",
+            "Phase of the sine when the action begins.",
+            of!($variant.phase_rad),
+        )
+    };
+}
+macro_rules! kind {
+    ($word:literal, $doc:literal, $variant:ident { $($field:ident: $zero:expr),+ }, [$($key:expr),+ $(,)?]) => {
+        ActionKind {
+            word: $word,
+            doc: $doc,
+            blank: Action::$variant { $($field: $zero),+ },
+            keys: const { &[$($key),+] },
+            is: |action| matches!(action, Action::$variant { .. }),
+        }
+    };
+}
+
+/// What a simulated hand can do.
+pub(crate) static ACTIONS: &[ActionKind] = &[
+    kind!("relax", "No force.", Relax { duration_s: 0.0 }, [duration!(Relax)]),
+    kind!("hold", "Stay, by tracking, where the hand was.", Hold { duration_s: 0.0 }, [duration!(Hold)]),
+    kind!("reach", "Go by tracking along a minimum-jerk path.", Reach { to_m: DVec3::ZERO, duration_s: 0.0 }, [
+        vector!(Reach.to_m, 10.0, "m", "Where to."),
+        duration!(Reach),
+    ]),
+    kind!(
+        "sinusoid",
+        "Swing by tracking about where the hand was.",
+        Sinusoid { amplitude_m: DVec3::ZERO, frequency_hz: 0.0, phase_rad: 0.0, duration_s: 0.0 },
+        [
+            vector!(Sinusoid.amplitude_m, 10.0, "m", "How far to either side."),
+            frequency!(Sinusoid),
+            phase!(Sinusoid),
+            duration!(Sinusoid),
+        ]
+    ),
+    kind!("force", "Push with a constant force.", Force { force_n: DVec3::ZERO, duration_s: 0.0 }, [
+        vector!(Force.force_n, 1000.0, "N", "How hard."),
+        duration!(Force),
+    ]),
+    kind!(
+        "sinusoidal-force",
+        "Push to and fro.",
+        SinusoidalForce { amplitude_n: DVec3::ZERO, frequency_hz: 0.0, phase_rad: 0.0, duration_s: 0.0 },
+        [
+            vector!(SinusoidalForce.amplitude_n, 1000.0, "N", "How hard to either side."),
+            frequency!(SinusoidalForce),
+            phase!(SinusoidalForce),
+            duration!(SinusoidalForce),
+        ]
+    ),
+    kind!("tremor", "Physiological tremor: 8 to 12 Hz.", Tremor { rms_n: DVec3::ZERO, duration_s: 0.0 }, [
+        vector!(Tremor.rms_n, 1000.0, "N", "Root mean square of the force."),
+        duration!(Tremor),
+    ]),
+    kind!(
+        "push-and-let-go",
+        "Push with a constant force, then let go for the rest.",
+        PushAndLetGo { force_n: DVec3::ZERO, push_s: 0.0, duration_s: 0.0 },
+        [
+            vector!(PushAndLetGo.force_n, 1000.0, "N", "How hard."),
+            Key::new("push_s", DURATION, Required, "s", "How long the push lasts.", of!(PushAndLetGo.push_s)),
+            duration!(PushAndLetGo),
+        ]
+    ),
+];
