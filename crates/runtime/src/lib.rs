@@ -2,13 +2,13 @@
 
 pub mod clock;
 pub mod exchange;
+mod impairment;
 pub mod joining;
 pub mod monitor;
+mod priority;
 pub mod record;
 pub mod snapshot;
 pub mod station;
 pub mod summary;
 pub mod transport;
 pub mod virtual_time;
-mod impairment;
-mod priority;
