@@ -8,19 +8,19 @@ use glam::DVec3;
 
 use crate::model::HostModel;
 use crate::state::HostState;
-use crate::step::{TickOutput, couple, hand_of, object_of};
+use crate::step::{OWN_HAND, TickOutput, couple, hand_of, hand_slot, object_of};
 
 /// The server's own user and every held remote hand on the one object.
 pub(crate) fn server_forces(model: &HostModel, state: &HostState, reading: &Reading) -> TickOutput {
     let mut output = TickOutput::default();
     let object = state.object.point();
     let hand = (reading.pose.position, reading.twist.linear);
-    let from_hand = couple(&mut output, model.hand_object, 1.0, Stretch::between(object, hand));
+    let from_hand = couple(&mut output, OWN_HAND, model.hand_object, 1.0, Stretch::between(object, hand));
     let mut force = from_hand + model.grounded_force(&state.object);
-    for peer in &state.peers {
+    for (index, peer) in state.peers.iter().enumerate() {
         if let Some(hand) = peer.samples.held().and_then(hand_of) {
             let stretch = Stretch::between(object, hand);
-            force += couple(&mut output, model.remote_hand_object, peer.fade, stretch);
+            force += couple(&mut output, hand_slot(index), model.remote_hand_object, peer.fade, stretch);
         }
     }
     output.device = Wrench::force(-from_hand);
@@ -45,10 +45,7 @@ pub(crate) fn client_forces(state: &HostState) -> TickOutput {
             _ => None,
         })
     });
-    TickOutput {
-        device: Wrench::force(server.fade * held.unwrap_or(DVec3::ZERO)),
-        ..TickOutput::default()
-    }
+    TickOutput { device: Wrench::force(server.fade * held.unwrap_or(DVec3::ZERO)), ..TickOutput::default() }
 }
 
 /// What a client knows of the object is what the server said last.

@@ -6,25 +6,26 @@ use cotouch_world::coupler::Stretch;
 
 use crate::model::HostModel;
 use crate::state::HostState;
-use crate::step::{TickOutput, couple, hand_of, object_of};
+use crate::step::{OWN_HAND, TickOutput, couple, hand_of, hand_slot, object_of, object_slot};
 
 /// Own hand on own copy, held remote hands on own copy, held copies on own copy.
 pub(crate) fn forces(model: &HostModel, state: &HostState, reading: &Reading) -> TickOutput {
     let mut output = TickOutput::default();
     let object = state.object.point();
     let hand = (reading.pose.position, reading.twist.linear);
-    let from_hand = couple(&mut output, model.hand_object, 1.0, Stretch::between(object, hand));
+    let from_hand = couple(&mut output, OWN_HAND, model.hand_object, 1.0, Stretch::between(object, hand));
     let mut force = from_hand + model.grounded_force(&state.object);
     let weight = coordination_weight(model, state);
-    for peer in &state.peers {
+    for (index, peer) in state.peers.iter().enumerate() {
         let Some(sample) = peer.samples.held() else { continue };
         if let Some(hand) = hand_of(sample) {
             let stretch = Stretch::between(object, hand);
-            force += couple(&mut output, model.remote_hand_object, peer.fade, stretch);
+            force += couple(&mut output, hand_slot(index), model.remote_hand_object, peer.fade, stretch);
         }
         if let Some(copy) = object_of(sample) {
             let stretch = Stretch::between(object, copy.point());
-            force += couple(&mut output, model.object_object, weight * peer.fade, stretch);
+            force +=
+                couple(&mut output, object_slot(index), model.object_object, weight * peer.fade, stretch);
         }
     }
     output.device = Wrench::force(-from_hand);

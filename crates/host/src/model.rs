@@ -35,7 +35,7 @@ pub struct HostModel {
     pub play_out: PlayOut,
     /// The axis of the scene, a unit vector.
     pub axis: DVec3,
-    pub(crate) play_out_periods: Vec<u64>,
+    pub(crate) play_out_periods: Vec<u32>,
     pub(crate) hand_object: SpringDamper,
     pub(crate) remote_hand_object: SpringDamper,
     pub(crate) object_object: SpringDamper,
@@ -59,7 +59,7 @@ impl HostModel {
             schedule: scene.schedule(),
             play_out: scene.link.play_out,
             axis,
-            play_out_periods: scene.hosts().map(|from| u64::from(scene.play_out_periods(from))).collect(),
+            play_out_periods: scene.hosts().map(|from| scene.play_out_periods(from)).collect(),
             hand_object: scene.coupling.hand_object,
             remote_hand_object: scene.coupling.remote_hand_object,
             object_object: scene.coupling.object_object,

@@ -44,7 +44,7 @@ impl HostState {
         let peer = |from: HostIndex| PeerState {
             present: false,
             fade: 0.0,
-            samples: PlayOutBuffer::new(model.play_out_periods[from.index()]),
+            samples: PlayOutBuffer::new(model.play_out, model.play_out_periods[from.index()]),
         };
         Self {
             ticks_done: 0,
@@ -67,7 +67,13 @@ impl HostState {
     }
 
     /// Sets one of this host's coordinates; whether it lives here.
-    pub fn set_coordinate(&mut self, model: &HostModel, step: u64, coordinate: Coordinate, value: f64) -> bool {
+    pub fn set_coordinate(
+        &mut self,
+        model: &HostModel,
+        step: u64,
+        coordinate: Coordinate,
+        value: f64,
+    ) -> bool {
         let mut found = false;
         self.visit(model, step, coordinate, &mut |place| {
             *place = value;
@@ -102,7 +108,8 @@ pub fn visit_packet(
 ) {
     for entry in &mut packet.entries {
         match (part, entry) {
-            (Part::Hand, Entry::Hand { pose, twist, .. }) | (Part::Object, Entry::Object { pose, twist, .. }) => {
+            (Part::Hand, Entry::Hand { pose, twist, .. })
+            | (Part::Object, Entry::Object { pose, twist, .. }) => {
                 along_axis(model, quantity, pose, twist, act);
             }
             (Part::Force, Entry::Force { wrench: Wrench { force, .. }, .. }) if quantity == Quantity::F => {

@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::PlayOut;
+use cotouch_scene::scene::{PlayOut, SpringDamper};
 use cotouch_world::coupler::Stretch;
 use cotouch_world::rigid::BodyState;
 use glam::DVec3;
@@ -18,8 +18,8 @@ use crate::{centralized, distributed};
 /// An object beyond this distance (m) or speed (m/s) has left the world.
 const WORLD_BOUND: f64 = 1e3;
 
-/// Most couplers at one host: the own hand's, and two a peer.
-pub const MAX_COUPLERS: usize = 2 * MAX_USERS - 1;
+/// Most couplers at one host: the own hand's, and two a host.
+pub const MAX_COUPLERS: usize = 2 * MAX_USERS + 1;
 
 /// What came of one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -39,6 +39,8 @@ pub struct TickOutput {
 /// One evaluated coupler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplerOutput {
+    /// Which coupler: 0 is the own hand's, then two a host: its hand's and its object copy's.
+    pub slot: u8,
     /// N/m, faded.
     pub stiffness_n_per_m: f64,
     /// m.
@@ -74,18 +76,18 @@ impl HostModel {
     /// Takes a packet that arrived; it waits for its play-out. No allocation, bounded work.
     pub fn receive(&self, state: &mut HostState, from: HostIndex, packet: &StatePacket) {
         if let Some(peer) = state.peers.get_mut(from.index()) {
-            peer.samples.insert(packet);
+            peer.samples.insert(packet.clone());
         }
     }
 
     /// Phase 2 of an instant: puts into use the samples that are due at `tick`.
     pub fn play_out(&self, state: &mut HostState, tick: u64) {
         let due = self.step_due(state, tick);
-        for (peer, &periods) in state.peers.iter_mut().zip(&self.play_out_periods) {
+        for peer in &mut state.peers {
             match (self.play_out, due) {
-                (PlayOut::Scheduled, Some(step)) => peer.samples.play_out_scheduled(step, periods),
+                (PlayOut::Scheduled, Some(step)) => _ = peer.samples.due_at_step(step),
                 (PlayOut::Scheduled, None) => {}
-                (PlayOut::OnArrival, _) => peer.samples.play_out_on_arrival(),
+                (PlayOut::OnArrival, _) => _ = peer.samples.due_at_tick(),
             }
         }
         self.adopt_world(state);
@@ -132,7 +134,8 @@ impl HostModel {
             Role::Client => centralized::client_forces(state),
         };
         if self.role != Role::Client {
-            output.touches_wall = cotouch_world::wall::touches(&self.wall, self.axis, state.object.pose.position);
+            output.touches_wall =
+                cotouch_world::wall::touches(&self.wall, self.axis, state.object.pose.position);
             self.step_object(state, &mut output);
         }
         output
@@ -161,7 +164,7 @@ impl HostModel {
         let change = if rises { self.fade_per_tick } else { -self.fade_per_tick };
         peer.fade = (peer.fade + change).clamp(0.0, 1.0);
         if !peer.present && peer.fade == 0.0 {
-            peer.samples.clear();
+            peer.samples.restart();
         }
     }
 
@@ -193,15 +196,29 @@ impl HostState {
     }
 }
 
-/// Adds a coupler's force to the near end's and lists it.
+/// The own hand's coupler.
+pub(crate) const OWN_HAND: u8 = 0;
+
+/// The coupler to the hand of host `peer`.
+pub(crate) fn hand_slot(peer: usize) -> u8 {
+    (1 + 2 * peer) as u8
+}
+
+/// The coupler to the object copy of host `peer`.
+pub(crate) fn object_slot(peer: usize) -> u8 {
+    (2 + 2 * peer) as u8
+}
+
+/// The force of a coupler on its near end, `fade` times its nominal gains; also lists the coupler.
 pub(crate) fn couple(
     output: &mut TickOutput,
-    spring: cotouch_scene::scene::SpringDamper,
+    slot: u8,
+    spring: SpringDamper,
     fade: f64,
     stretch: Stretch,
 ) -> DVec3 {
     let stiffness_n_per_m = fade * spring.stiffness_n_per_m;
-    output.couplers.push(CouplerOutput { stiffness_n_per_m, stretch: stretch.position });
+    output.couplers.push(CouplerOutput { slot, stiffness_n_per_m, stretch: stretch.position });
     fade * cotouch_world::coupler::force(spring, stretch)
 }
 

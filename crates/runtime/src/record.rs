@@ -72,6 +72,11 @@ pub enum Note {
     DeviceFault,
     /// The world left all bounds.
     Diverged,
+    /// The recorder could not keep up: this many of the host's items are missing here.
+    Dropped {
+        /// How many.
+        items: u64,
+    },
     /// The session ended for a reason.
     Ended(String),
 }

@@ -48,7 +48,9 @@ pub struct Rate {
 
 /// Why a text or a pair of numbers is not a [`Rate`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a rate is a positive number such as 1024 or 7.8125, or a fraction such as \"1024/10\", with at most 12 digits a side; found {found:?}")]
+#[error(
+    "a rate is a positive number such as 1024 or 7.8125, or a fraction such as \"1024/10\", with at most 12 digits a side; found {found:?}"
+)]
 pub struct RateError {
     /// The text that was found.
     pub found: String,
@@ -100,6 +102,13 @@ impl Rate {
         let scaled = u128::from(index) * u128::from(self.denominator) * 1_000_000_000;
         let numerator = u128::from(self.numerator);
         SessionTime(((scaled + numerator / 2) / numerator) as i64)
+    }
+
+    /// The first tick whose instant is not before `time`.
+    #[must_use]
+    pub fn first_tick_at(self, time: SessionTime) -> u64 {
+        let last = self.last_tick_at(time);
+        if self.instant(last) < time { last + 1 } else { last }
     }
 
     /// The last tick whose instant is not after `time` (0 before the session starts).
@@ -195,7 +204,9 @@ pub struct Schedule {
 
 /// The network rate exceeds the control rate, or the two share too long a pattern.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the network rate must not exceed the control rate and their pattern must repeat within {LONGEST_PATTERN_TICKS} ticks; found {network} Hz with {control} Hz")]
+#[error(
+    "the network rate must not exceed the control rate and their pattern must repeat within {LONGEST_PATTERN_TICKS} ticks; found {network} Hz with {control} Hz"
+)]
 pub struct ScheduleError {
     control: Rate,
     network: Rate,

@@ -147,7 +147,8 @@ mod tests {
         let mut bodies = [BodyState::at_rest(DVec3::ZERO), BodyState::at_rest(DVec3::X * 0.01)];
         bodies[0].twist.linear = DVec3::Y * 0.2;
         for _ in 0..5000 {
-            let spring = cotouch_scene::scene::SpringDamper { stiffness_n_per_m: 3000.0, damping_n_s_per_m: 20.0 };
+            let spring =
+                cotouch_scene::scene::SpringDamper { stiffness_n_per_m: 3000.0, damping_n_s_per_m: 20.0 };
             let stretch = crate::coupler::Stretch::between(bodies[0].point(), bodies[1].point());
             let force = crate::coupler::force(spring, stretch);
             step(light).step(&mut bodies[0], force);

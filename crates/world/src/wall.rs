@@ -47,6 +47,10 @@ mod tests {
         let at = |x: f64| force(&two, DVec3::X, DVec3::X * x, DVec3::ZERO).x;
         assert!((at(0.0) - 100.0).abs() < 1e-12);
         assert!((at(0.2) + 100.0).abs() < 1e-12);
-        assert!(!touches(&Wall { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..two }, DVec3::X, DVec3::X));
+        assert!(!touches(
+            &Wall { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..two },
+            DVec3::X,
+            DVec3::X
+        ));
     }
 }

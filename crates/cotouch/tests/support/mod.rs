@@ -1,0 +1,152 @@
+//! A virtual session whose state can be read and written by the names of its coordinates.
+
+use cotouch_analysis::lift::LiftedMap;
+use cotouch_device::acted::Acted;
+use cotouch_device::hand::SimulatedHand;
+use cotouch_net::wire;
+use cotouch_runtime::record::TickRecord;
+use cotouch_runtime::station::Station;
+use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
+use cotouch_scene::scene::{Action, Scene};
+use cotouch_scene::{Override, load};
+
+/// The move of a coordinate to either side; the loop is linear, so its size only matters to rounding.
+const STEP: f64 = 1e-4;
+
+/// `single-axis` with overrides; hands that do nothing of their own accord.
+pub fn scene(settings: &[&str]) -> Scene {
+    let centralized = settings.iter().any(|setting| setting.ends_with("=centralized"));
+    let name = if centralized { "single-axis-centralized" } else { "single-axis" };
+    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
+    let mut scene = load(name, &overrides).unwrap();
+    for user in &mut scene.users {
+        user.script = vec![Action::Relax { duration_s: 1.0 }];
+        user.repeat = true;
+    }
+    scene
+}
+
+/// The analysis's map of the scene's only contact mode.
+pub fn lifted(scene: &Scene) -> LiftedMap {
+    cotouch_analysis::lifted_map(scene).unwrap()
+}
+
+/// A session at rest, with soft start and fading behind it, at an instant where the pattern begins.
+pub struct Probe {
+    session: VirtualSession<SimulatedHand>,
+    tick: u64,
+    ticks_per_pattern: u64,
+}
+
+impl Probe {
+    pub fn at_rest(scene: &Scene) -> Self {
+        let mut session = VirtualSession::new(scene, |host| {
+            Station::new(scene, host, SimulatedHand::of_scene(scene, host).unwrap(), None)
+        });
+        let ticks_per_pattern = scene.schedule().ticks_per_pattern();
+        let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
+        let tick = settled.next_multiple_of(ticks_per_pattern);
+        assert!(session.run_to_tick(tick, |_, _| {}), "the hosts did not join");
+        Self { session, tick, ticks_per_pattern }
+    }
+
+    /// One column of the map by a central difference.
+    pub fn column(&mut self, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
+        let above = self.run_moved(moved, STEP, coordinates);
+        let below = self.run_moved(moved, -STEP, coordinates);
+        above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * STEP)).collect()
+    }
+
+    fn run_moved(&mut self, moved: Coordinate, by: f64, coordinates: &[Coordinate]) -> Vec<f64> {
+        let mut session = self.session.fork();
+        let at_rest = visit(&mut session, moved, self.tick, &mut |value| *value += by);
+        assert!(at_rest, "{moved} is nowhere in the running session");
+        let end = self.tick + self.ticks_per_pattern;
+        session.run_to_tick(end, |host, record| assert_nothing_acted(host, record));
+        let mut read = |coordinate: &Coordinate| {
+            let mut value = None;
+            visit(&mut session, *coordinate, end, &mut |place| value = Some(*place));
+            value.unwrap_or_else(|| panic!("{coordinate} is nowhere in the running session"))
+        };
+        coordinates.iter().map(|coordinate| read(coordinate)).collect()
+    }
+}
+
+fn assert_nothing_acted(host: HostIndex, record: &TickRecord) {
+    assert_eq!(record.governor_acted, u32::from(Acted::empty().bits()), "the governor of {host} acted");
+    assert!(!record.diverged && record.fades.iter().all(|&fade| fade == 0.0 || fade == 1.0));
+}
+
+/// Reads or writes a coordinate wherever it is at the instant of `tick`: in a hand, in a host, or on the way.
+fn visit(
+    session: &mut VirtualSession<SimulatedHand>,
+    coordinate: Coordinate,
+    tick: u64,
+    act: &mut dyn FnMut(&mut f64),
+) -> bool {
+    match coordinate {
+        Coordinate::Own { host, part: Part::Hand, quantity } => visit_hand(session, host, quantity, act),
+        Coordinate::Own { host, .. } => visit_host(session, host, coordinate, tick, act),
+        Coordinate::Held { host, .. } => {
+            // A sample may wait at the host and, duplicated, be on its way as well; it is the same sample.
+            let at_host = visit_host(session, host, coordinate, tick, act);
+            at_host || visit_in_flight(session, coordinate, tick, act)
+        }
+    }
+}
+
+fn visit_hand(
+    session: &mut VirtualSession<SimulatedHand>,
+    host: HostIndex,
+    quantity: Quantity,
+    act: &mut dyn FnMut(&mut f64),
+) -> bool {
+    let hand = &mut session.host_mut(host).station.device;
+    let mut state = *hand.state();
+    match quantity {
+        Quantity::X => act(&mut state.position.x),
+        Quantity::V => act(&mut state.velocity.x),
+        Quantity::F => return false,
+    }
+    hand.set_state(state);
+    true
+}
+
+fn visit_host(
+    session: &mut VirtualSession<SimulatedHand>,
+    host: HostIndex,
+    coordinate: Coordinate,
+    tick: u64,
+    act: &mut dyn FnMut(&mut f64),
+) -> bool {
+    let station = &mut session.host_mut(host).station;
+    let step = station.model.schedule.last_step_at(tick);
+    let Some(mut value) = station.state.host.coordinate(&station.model, step, coordinate) else { return false };
+    act(&mut value);
+    station.state.host.set_coordinate(&station.model, step, coordinate, value)
+}
+
+fn visit_in_flight(
+    session: &mut VirtualSession<SimulatedHand>,
+    coordinate: Coordinate,
+    tick: u64,
+    act: &mut dyn FnMut(&mut f64),
+) -> bool {
+    let Coordinate::Held { host, from, part, quantity, age } = coordinate else { return false };
+    let model = session.host_mut(host).station.model.clone();
+    let sampled = model.schedule.last_step_at(tick) - u64::from(age);
+    let way = from.index() * usize::from(model.users) + host.index();
+    let mut found = false;
+    for (_, bytes) in session.links_mut()[way].in_flight_mut() {
+        let Ok((header, time, mut packet)) = wire::decode_state(bytes) else { continue };
+        if packet.step == sampled {
+            cotouch_host::state::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
+                found = true;
+                act(place);
+            });
+            wire::encode_state(header.session, from, time, &packet, bytes).unwrap();
+        }
+    }
+    found
+}

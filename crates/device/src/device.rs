@@ -1,0 +1,150 @@
+//! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
+
+use cotouch_scene::geometry::{Reading, Wrench};
+
+/// An impedance device: it reports where its haptic interface point is and renders the wrench that it is given.
+///
+/// One haptic tick is one [`read`](Self::read) followed by one [`write`](Self::write). For simulated devices both do
+/// bounded work and neither allocate nor lock; a driver says in its own documentation what it does besides its
+/// system calls.
+pub trait Device: Send {
+    /// What the device is called in messages and recordings.
+    fn name(&self) -> &str;
+
+    /// What the device can render; constant.
+    fn limits(&self) -> DeviceLimits;
+
+    /// The reading at the instant of haptic tick `tick`. Ticks do not decrease from call to call, but the real-time
+    /// loop may skip some. Reading twice at one tick before writing gives the same answer twice.
+    ///
+    /// # Errors
+    /// When the device cannot say where it is at that tick. The caller lets the governor release the force.
+    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError>;
+
+    /// Renders `wrench` (on the hand, about the haptic interface point, world frame) and holds it until the next
+    /// write.
+    ///
+    /// # Errors
+    /// When the wrench is not finite, or the device did not take it. What was rendered before stays.
+    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError>;
+}
+
+/// The largest wrench that a device can render.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeviceLimits {
+    /// N.
+    pub max_force_n: f64,
+    /// N·m; 0 for a device that renders no torque.
+    pub max_torque_n_m: f64,
+}
+
+impl DeviceLimits {
+    /// Of a device without limits of its own.
+    pub const NONE: Self = Self { max_force_n: f64::INFINITY, max_torque_n_m: f64::INFINITY };
+    /// Of a point without limits of its own: any force, no torque.
+    pub const POINT: Self = Self { max_force_n: f64::INFINITY, max_torque_n_m: 0.0 };
+}
+
+/// Why a device did not do what was asked.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum DeviceError {
+    /// A wrench with a NaN or an infinity.
+    #[error("{device}: a wrench must consist of finite numbers; found force {} N, torque {} N·m", .wrench.force, .wrench.torque)]
+    NotFinite {
+        /// The device's name.
+        device: String,
+        /// What was to be written.
+        wrench: Wrench,
+    },
+    /// A tick that the device cannot answer for.
+    #[error(
+        "{device}: asked for tick {asked}, but the device is at tick {at} and can answer for up to {most_ahead} ticks more"
+    )]
+    TickOutOfReach {
+        /// The device's name.
+        device: String,
+        /// The tick that was asked for.
+        asked: u64,
+        /// The tick at which the device is.
+        at: u64,
+        /// How far ahead it can go at once.
+        most_ahead: u64,
+    },
+}
+
+/// Refuses a wrench that is not finite.
+pub(crate) fn checked(device: &str, wrench: Wrench) -> Result<Wrench, DeviceError> {
+    if wrench.is_finite() {
+        Ok(wrench)
+    } else {
+        Err(DeviceError::NotFinite { device: device.to_owned(), wrench })
+    }
+}
+
+/// A device without dynamics: its reading is set from outside, and it remembers what was written.
+///
+/// For tests, and for pointers whose motion comes from elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IdealDevice {
+    name: String,
+    limits: DeviceLimits,
+    reading: Reading,
+    written: Wrench,
+}
+
+impl IdealDevice {
+    /// A device at the origin, at rest, that renders nothing yet.
+    #[must_use]
+    pub fn new(name: impl Into<String>, limits: DeviceLimits) -> Self {
+        Self { name: name.into(), limits, reading: Reading::default(), written: Wrench::default() }
+    }
+
+    /// Sets what the next reads report. It is not checked: a bad reading is what a governor must survive.
+    pub fn set_reading(&mut self, reading: Reading) {
+        self.reading = reading;
+    }
+
+    /// What was written last (zero before the first write).
+    #[must_use]
+    pub fn written(&self) -> Wrench {
+        self.written
+    }
+}
+
+impl Device for IdealDevice {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn limits(&self) -> DeviceLimits {
+        self.limits
+    }
+
+    fn read(&mut self, _tick: u64) -> Result<Reading, DeviceError> {
+        Ok(self.reading)
+    }
+
+    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
+        self.written = checked(&self.name, wrench)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DVec3;
+
+    #[test]
+    fn an_ideal_device_reports_and_remembers() {
+        let mut device = IdealDevice::new("pointer", DeviceLimits::POINT);
+        let reading = Reading::point(DVec3::new(0.1, 0.0, -0.2), DVec3::X);
+        device.set_reading(reading);
+        assert_eq!(device.read(7), Ok(reading));
+        device.write(Wrench::force(DVec3::Y)).unwrap();
+        let error = device.write(Wrench::force(DVec3::NAN)).unwrap_err();
+        assert!(error.to_string().starts_with("pointer: a wrench must consist of finite numbers"), "{error}");
+        assert_eq!(device.written(), Wrench::force(DVec3::Y), "a refused wrench changes nothing");
+    }
+}

@@ -1,0 +1,302 @@
+//! The one gate that every force passes on its way to a device.
+//!
+//! Whatever comes in, NaN and nonsense included, what comes out is finite, `|f| ≤ F_max`, and changes by at most
+//! `slew·T` a tick. When nothing acts, it is what was requested, bit for bit.
+
+use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::scene::GovernorLimits;
+use cotouch_scene::time::{LocalTime, Rate};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::acted::Acted;
+use crate::device::DeviceLimits;
+
+/// How much more than `slew·T` a tick admits, so that the default, F_max·rate, admits F_max after rounding.
+const SLEW_SLACK: f64 = 1.0 + 1e-12;
+
+/// Where "no limit" ends, in N, N·m or N/s.
+const LARGEST_LIMIT: f64 = 1e12;
+
+/// The governor's constants. A tick is [`govern`](Self::govern).
+///
+/// In order: what is not finite becomes a latched fault; the governor's own damping, `f − b_g·v`; F_max, direction
+/// kept; fading in (soft start) or out (release); slew. Fading follows the smooth step `3s² − 2s³` and is a factor on
+/// the force in the soft start, and on the force of the moment in which the release began in a release, so that a
+/// release does not depend on requests any more. A release once begun is finished; after it, and only when nothing
+/// asks for it any more, forces come back through a soft start.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Governor {
+    max_force_n: f64,
+    max_torque_n_m: f64,
+    force_step_n: f64,
+    torque_step_n_m: f64,
+    damping_n_s_per_m: f64,
+    soft_start_ticks: u32,
+    release_ticks: u32,
+    watchdog_ticks: u32,
+    watchdog_ns: i64,
+}
+
+/// The governor's state: a plain value.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GovernorState {
+    /// What it is doing.
+    pub phase: Phase,
+    /// What it let through last.
+    pub commanded: Wrench,
+    /// Ticks on end without a fresh request.
+    pub stale_ticks: u32,
+    /// The first fault since the start or the last [`clear_fault`](Self::clear_fault).
+    pub fault: Option<Fault>,
+}
+
+/// What a governor is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub enum Phase {
+    /// Forces fade in.
+    SoftStart {
+        /// Ticks since it began.
+        ticks: u32,
+    },
+    /// Forces pass.
+    Open,
+    /// Forces fade out.
+    Releasing {
+        /// Ticks since it began.
+        ticks: u32,
+        /// The wrench from which.
+        from: Wrench,
+    },
+    /// No force.
+    Released,
+}
+
+/// Why a governor released for good.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Fault {
+    /// A request (or a request and the governor's damping together) was not a number.
+    RequestNotFinite,
+    /// A device's reading was not a number.
+    ReadingNotFinite,
+}
+
+/// What a governor is told at a tick.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GovernorInput {
+    /// The wrench to be rendered.
+    pub requested: Wrench,
+    /// The device's reading at this tick.
+    pub reading: Reading,
+    /// Whether the user, the session's end or a watchdog elsewhere wants the force gone.
+    pub stop: bool,
+    /// Whether the links that the force depends on are up.
+    pub link_ok: bool,
+    /// Whether `requested` was computed for this tick, and is not the last one once more.
+    pub fresh: bool,
+}
+
+impl GovernorInput {
+    /// A fresh request with all well.
+    #[must_use]
+    pub fn fresh(requested: Wrench, reading: Reading) -> Self {
+        Self { requested, reading, stop: false, link_ok: true, fresh: true }
+    }
+}
+
+/// What a governor decided at a tick.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct GovernorOutput {
+    /// What goes to the device.
+    pub commanded: Wrench,
+    /// What acted on it.
+    pub acted: Acted,
+}
+
+impl Governor {
+    /// A governor for a device, called once a haptic tick. The lower of the scene's and the device's largest force
+    /// counts; torque may change in the same proportion as force. A limit that is no number, or negative, is 0.
+    #[must_use]
+    pub fn new(limits: &GovernorLimits, device: DeviceLimits, control: Rate) -> Self {
+        let max_force_n = sound(limits.max_force_n).min(sound(device.max_force_n));
+        let max_torque_n_m = sound(device.max_torque_n_m);
+        let force_step_n = sound(limits.max_slew_n_per_s) / control.hz() * SLEW_SLACK;
+        let ticks = |seconds: f64| (seconds * control.hz()).ceil() as u32;
+        let torque_share = if force_step_n < max_force_n { force_step_n / max_force_n } else { SLEW_SLACK };
+        Self {
+            max_force_n,
+            max_torque_n_m,
+            force_step_n,
+            torque_step_n_m: if max_torque_n_m == 0.0 { 0.0 } else { max_torque_n_m * torque_share },
+            damping_n_s_per_m: limits.damping_n_s_per_m,
+            soft_start_ticks: ticks(limits.soft_start_s),
+            release_ticks: ticks(limits.release_s),
+            watchdog_ticks: ticks(limits.watchdog_s),
+            watchdog_ns: (limits.watchdog_s * 1e9) as i64,
+        }
+    }
+
+    /// The state before the first tick: no force, soft start to come.
+    #[must_use]
+    pub fn start(&self) -> GovernorState {
+        GovernorState { phase: self.faded_in(0), commanded: Wrench::default(), stale_ticks: 0, fault: None }
+    }
+
+    /// One haptic tick. No allocation, no lock, bounded work.
+    pub fn govern(&self, state: &mut GovernorState, input: &GovernorInput) -> GovernorOutput {
+        let force = self.damped(input);
+        state.notice(input, &force);
+        let causes = self.causes(state, input);
+        let phase = self.begin_phase(state, !causes.is_empty());
+        let (target, acted) = match phase {
+            Phase::Open => self.limited(force),
+            Phase::SoftStart { ticks } => {
+                let (force, acted) = self.limited(force);
+                let gain = smooth_step(f64::from(ticks) / f64::from(self.soft_start_ticks));
+                (scaled(force, gain), acted | Acted::SOFT_START)
+            }
+            Phase::Releasing { ticks, from } => (self.faded_out(ticks, from), Acted::RELEASE),
+            Phase::Released => (Wrench::default(), Acted::RELEASE),
+        };
+        let (commanded, slewed) = self.slewed(state.commanded, target);
+        state.commanded = commanded;
+        state.phase = self.end_phase(phase, commanded);
+        GovernorOutput { commanded, acted: causes | acted | slewed }
+    }
+
+    /// Whether a device that was last written at `written` has gone without for longer than `watchdog_s`. Whoever
+    /// finds that, outside the loop that died, goes on calling [`govern`](Self::govern) with `stop` set, once a
+    /// period, and writes what comes out until [`GovernorState::is_released`].
+    #[must_use]
+    pub fn watchdog_expired(&self, written: LocalTime, now: LocalTime) -> bool {
+        now.since(written) > self.watchdog_ns
+    }
+
+    fn damped(&self, input: &GovernorInput) -> Wrench {
+        let mut wrench = input.requested;
+        if self.damping_n_s_per_m != 0.0 {
+            wrench.force -= input.reading.twist.linear * self.damping_n_s_per_m;
+        }
+        wrench
+    }
+
+    /// Everything that asks for a release now.
+    fn causes(&self, state: &GovernorState, input: &GovernorInput) -> Acted {
+        let mut causes = Acted::empty();
+        causes.set(Acted::FAULT, state.fault.is_some());
+        causes.set(Acted::STOP, input.stop);
+        causes.set(Acted::LINK_LOSS, !input.link_ok);
+        causes.set(Acted::WATCHDOG, state.stale_ticks > self.watchdog_ticks);
+        causes
+    }
+
+    fn begin_phase(&self, state: &GovernorState, release: bool) -> Phase {
+        match state.phase {
+            Phase::SoftStart { .. } | Phase::Open if release => {
+                Phase::Releasing { ticks: 0, from: state.commanded }
+            }
+            Phase::Released if !release => self.faded_in(0),
+            phase => phase,
+        }
+    }
+
+    /// The phase after a tick in `phase`.
+    fn end_phase(&self, phase: Phase, commanded: Wrench) -> Phase {
+        match phase {
+            Phase::SoftStart { ticks } => self.faded_in(ticks + 1),
+            Phase::Releasing { .. } if commanded == Wrench::default() => Phase::Released,
+            Phase::Releasing { ticks, from } => Phase::Releasing { ticks: ticks.saturating_add(1), from },
+            Phase::Open | Phase::Released => phase,
+        }
+    }
+
+    fn faded_in(&self, ticks: u32) -> Phase {
+        if ticks < self.soft_start_ticks { Phase::SoftStart { ticks } } else { Phase::Open }
+    }
+
+    fn faded_out(&self, ticks: u32, from: Wrench) -> Wrench {
+        let next = ticks.saturating_add(1);
+        if next >= self.release_ticks {
+            return Wrench::default();
+        }
+        scaled(from, 1.0 - smooth_step(f64::from(next) / f64::from(self.release_ticks)))
+    }
+
+    /// Largest force and torque; the wrench is finite.
+    fn limited(&self, wrench: Wrench) -> (Wrench, Acted) {
+        let (force, force_acted) = shortened(wrench.force, self.max_force_n);
+        let (torque, torque_acted) = shortened(wrench.torque, self.max_torque_n_m);
+        let mut acted = Acted::empty();
+        acted.set(Acted::FORCE_LIMIT, force_acted);
+        acted.set(Acted::TORQUE_LIMIT, torque_acted);
+        (Wrench { force, torque }, acted)
+    }
+
+    fn slewed(&self, last: Wrench, target: Wrench) -> (Wrench, Acted) {
+        let (force, force_acted) = towards(last.force, target.force, self.force_step_n, self.max_force_n);
+        let (torque, torque_acted) =
+            towards(last.torque, target.torque, self.torque_step_n_m, self.max_torque_n_m);
+        let mut acted = Acted::empty();
+        acted.set(Acted::SLEW_LIMIT, force_acted || torque_acted);
+        (Wrench { force, torque }, acted)
+    }
+}
+
+impl GovernorState {
+    /// Whether the force is gone and stays so until a soft start.
+    #[must_use]
+    pub fn is_released(&self) -> bool {
+        self.phase == Phase::Released
+    }
+
+    /// Forgets a fault, once its cause was seen to: forces come back through a soft start.
+    pub fn clear_fault(&mut self) {
+        self.fault = None;
+    }
+
+    fn notice(&mut self, input: &GovernorInput, force: &Wrench) {
+        self.stale_ticks = if input.fresh { 0 } else { self.stale_ticks.saturating_add(1) };
+        if self.fault.is_none() {
+            self.fault = match (input.reading.is_finite(), force.is_finite()) {
+                (true, true) => None,
+                (false, _) => Some(Fault::ReadingNotFinite),
+                (true, false) => Some(Fault::RequestNotFinite),
+            };
+        }
+    }
+}
+
+/// A limit that differences of limited forces do not overflow; `max` prefers the number to the NaN.
+fn sound(limit: f64) -> f64 {
+    limit.max(0.0).min(LARGEST_LIMIT)
+}
+
+/// From 0 to 1 with no slope at either end.
+fn smooth_step(s: f64) -> f64 {
+    s * s * (3.0 - 2.0 * s)
+}
+
+fn scaled(wrench: Wrench, gain: f64) -> Wrench {
+    Wrench { force: wrench.force * gain, torque: wrench.torque * gain }
+}
+
+/// A finite vector, made no longer than `longest`, and whether it had to be.
+fn shortened(vector: DVec3, longest: f64) -> (DVec3, bool) {
+    if vector.length() <= longest {
+        return (vector, false);
+    }
+    // The largest component first: the length of a huge vector overflows.
+    let unit = (vector / vector.abs().max_element()).normalize();
+    let mut short = unit * longest;
+    if short.length() > longest {
+        short *= 1.0 - 2.0 * f64::EPSILON;
+    }
+    (short, true)
+}
+
+/// From `last` to `target` in a step of at most `longest_step`, and whether that stopped short. Both are no longer
+/// than `longest`, and so is the result.
+fn towards(last: DVec3, target: DVec3, longest_step: f64, longest: f64) -> (DVec3, bool) {
+    let (step, stopped) = shortened(target - last, longest_step);
+    if stopped { (shortened(last + step, longest).0, true) } else { (target, false) }
+}

@@ -1,0 +1,262 @@
+//! Simulated hands and scripts against closed forms.
+
+use std::f64::consts::TAU;
+
+use cotouch_device::device::{Device, DeviceError};
+use cotouch_device::hand::{Freedom, HandError, HandModel, MOST_TICKS_AHEAD, SimulatedHand};
+use cotouch_device::script::Script;
+use cotouch_scene::geometry::Wrench;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Action, Hand, SpringDamper, User};
+use cotouch_scene::time::Rate;
+use glam::DVec3;
+
+const ARM: Hand = Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
+const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
+
+fn control() -> Rate {
+    "1000".parse().unwrap()
+}
+
+fn script(actions: &[Action], repeat: bool) -> Script {
+    let user = User { name: "ada".into(), tracking: TRACKING, script: actions.to_vec(), repeat };
+    Script::new(&user, 7, HostIndex(0), control())
+}
+
+fn hand_of(arm: &Hand, actions: &[Action], repeat: bool) -> SimulatedHand {
+    let model = HandModel::new(arm, Freedom::Line(DVec3::X), script(actions, repeat)).unwrap();
+    SimulatedHand::new("ada", model, DVec3::ZERO)
+}
+
+/// Positions along x at ticks 0, 1, … under no device force.
+fn free_run(hand: &mut SimulatedHand, ticks: u64) -> Vec<f64> {
+    let mut tick = |tick| {
+        let position = hand.read(tick).unwrap().pose.position;
+        assert_eq!((position.y, position.z), (0.0, 0.0), "nothing leaves the line");
+        hand.write(Wrench::default()).unwrap();
+        position.x
+    };
+    (0..ticks).map(&mut tick).collect()
+}
+
+fn reach(to: f64, duration_s: f64) -> Action {
+    Action::Reach { to_m: DVec3::X * to, duration_s }
+}
+
+fn push(force: f64, duration_s: f64) -> Action {
+    Action::Force { force_n: DVec3::new(force, 3.0, -1.0), duration_s }
+}
+
+#[test]
+fn a_constant_force_accelerates_a_free_mass() {
+    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let x = free_run(&mut hand_of(&arm, &[push(0.5, 10.0)], false), 2001);
+    for (tick, x) in x.iter().enumerate() {
+        let t = tick as f64 * 1e-3;
+        assert!((x - t * t).abs() < 1e-13, "{tick}");
+    }
+}
+
+#[test]
+fn pushing_stops_at_the_tick_where_it_lets_go() {
+    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let action = Action::PushAndLetGo { force_n: DVec3::X * 0.5, push_s: 0.3, duration_s: 1.0 };
+    let mut hand = hand_of(&arm, &[action], false);
+    free_run(&mut hand, 300);
+    let speed = hand.state().velocity.x;
+    assert!((speed - 0.6).abs() < 1e-13, "{speed}");
+    for tick in 300..2000 {
+        hand.read(tick).unwrap();
+        hand.write(Wrench::default()).unwrap();
+        assert!((hand.state().velocity.x - speed).abs() < 1e-13);
+    }
+}
+
+#[test]
+fn a_sinusoidal_force_and_its_phase() {
+    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let action = Action::SinusoidalForce {
+        amplitude_n: DVec3::X * 2.0,
+        frequency_hz: 5.0,
+        phase_rad: 0.5 * std::f64::consts::PI,
+        duration_s: 10.0,
+    };
+    let mut hand = hand_of(&arm, &[action], false);
+    free_run(&mut hand, 50);
+    // A quarter of a period of a cosine: ∫ = A/ω, but for the hold of each sample (half a tick early).
+    let held: f64 = (0..50).map(|tick| 2.0 * (TAU * 5.0 * f64::from(tick) * 1e-3).cos() * 1e-3).sum();
+    assert!((hand.state().velocity.x - held / 0.25).abs() < 1e-14);
+    assert!((held - 2.0 / (TAU * 5.0)).abs() < 1.1e-3);
+}
+
+#[test]
+fn a_reach_arrives_and_stays() {
+    let x = free_run(&mut hand_of(&ARM, &[reach(0.1, 0.5), Action::Hold { duration_s: 2.0 }], false), 2500);
+    assert!(x.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 1.4 * 1.875 * 0.1 / 0.5 * 1e-3));
+    assert!((x[2499] - 0.1).abs() < 1e-9, "{}", x[2499]);
+}
+
+#[test]
+fn a_loaded_hand_that_goes_from_reach_to_hold_does_not_sag() {
+    let arm = Hand { stiffness_n_per_m: 200.0, ..ARM };
+    let x = free_run(&mut hand_of(&arm, &[reach(0.1, 0.5), Action::Hold { duration_s: 3.0 }], false), 4000);
+    let balance = 500.0 / 700.0 * 0.1;
+    assert!((x[1500] - balance).abs() < 1e-6 && (x[3999] - balance).abs() < 1e-12);
+}
+
+#[test]
+fn after_a_push_a_hold_keeps_where_the_hand_was() {
+    let actions = [push(2.0, 1.0), Action::Hold { duration_s: 2.0 }, Action::Relax { duration_s: 1.0 }];
+    let x = free_run(&mut hand_of(&ARM, &actions, false), 5000);
+    let pushed = 2.0 / 500.0;
+    assert!((x[1000] - pushed).abs() < 1e-6, "against the spring to the target: {}", x[1000]);
+    assert!((x[2999] - x[1000]).abs() < 1e-9, "{} {}", x[2999], x[1000]);
+    assert!((x[4999] - x[2999]).abs() < 1e-9, "the target stays after the script: {}", x[4999]);
+}
+
+#[test]
+fn a_sinusoid_settles_into_the_discrete_steady_state() {
+    let (amplitude, rate, period) = (0.05, TAU * 1.5, 1e-3);
+    let action = Action::Sinusoid {
+        amplitude_m: DVec3::X * amplitude,
+        frequency_hz: 1.5,
+        phase_rad: 0.7,
+        duration_s: 100.0,
+    };
+    let x = free_run(&mut hand_of(&ARM, &[action], false), 8000);
+    // A held input sees the plant half a tick late, to second order in ωT.
+    let (m, b, k) = (0.25, 25.0, 500.0);
+    let (input_re, input_im) = (500.0 * amplitude, 20.0 * rate * amplitude);
+    let (plant_re, plant_im) = (k - m * rate * rate, b * rate);
+    let gain = (input_re.hypot(input_im)) / plant_re.hypot(plant_im);
+    let phase = input_im.atan2(input_re) - plant_im.atan2(plant_re) - 0.5 * rate * period;
+    for (tick, x) in x.iter().enumerate().skip(4000) {
+        let expected = gain * (rate * tick as f64 * period + 0.7 + phase).sin();
+        assert!((x - expected).abs() < 1e-5 * amplitude, "{tick}: {x} {expected}");
+    }
+}
+
+#[test]
+fn targets_never_jump_from_action_to_action() {
+    let sinusoid = |phase_rad| Action::Sinusoid {
+        amplitude_m: DVec3::X * 0.02,
+        frequency_hz: 2.0,
+        phase_rad,
+        duration_s: 0.7305,
+    };
+    let actions = [
+        sinusoid(1.0),
+        sinusoid(-0.5),
+        reach(0.05, 0.3),
+        Action::Force { force_n: DVec3::X, duration_s: 0.01 },
+        Action::Hold { duration_s: 0.05 },
+        sinusoid(0.0),
+        Action::Relax { duration_s: 0.3333 },
+        reach(0.0, 0.4),
+    ];
+    let script = script(&actions, true);
+    let mut state = script.begin(DVec3::ZERO);
+    let mut last = script.drive(&mut state, 0, DVec3::ZERO).target;
+    assert_eq!((last.position, last.velocity), (DVec3::ZERO, DVec3::ZERO));
+    for tick in 1..20_000 {
+        let target = script.drive(&mut state, tick, DVec3::X * 0.01).target;
+        // Third order: what is left over a tick is the path's jerk, which is bounded.
+        let predicted = last.position + last.velocity * 1e-3 + last.acceleration * 0.5e-6;
+        assert!((target.position - predicted).length() < 3e-5, "{tick}");
+        assert!((target.velocity - last.velocity).length() < 0.06, "{tick}");
+        last = target;
+    }
+}
+
+#[test]
+fn without_tracking_actions_there_is_no_tracking_impedance() {
+    assert_eq!(script(&[push(1.0, 1.0)], true).tracking().stiffness_n_per_m, 0.0);
+    assert_eq!(script(&[push(1.0, 1.0), reach(0.1, 1.0)], true).tracking(), TRACKING);
+}
+
+#[test]
+fn actions_follow_each_other_at_exact_ticks_for_ever() {
+    let actions = [push(1.0, 0.1), push(2.0, 0.2), push(3.0, 0.3)];
+    let script = script(&actions, true);
+    let mut state = script.begin(DVec3::ZERO);
+    for tick in 0..600_000 {
+        let expected = match tick % 600 {
+            0..100 => 1.0,
+            100..300 => 2.0,
+            _ => 3.0,
+        };
+        assert_eq!(script.drive(&mut state, tick, DVec3::ZERO).force.x, expected, "{tick}");
+    }
+}
+
+#[test]
+fn scripts_of_no_length_do_not_hang() {
+    for actions in [vec![], vec![push(1.0, 0.0)], vec![push(1.0, 0.0), reach(0.1, 0.0), push(1.0, 1e-9)]] {
+        let x = free_run(&mut hand_of(&ARM, &actions, true), 50);
+        assert!(x.iter().all(|x| x.is_finite()));
+    }
+}
+
+#[test]
+fn skipped_ticks_are_ticks_with_the_last_force_held() {
+    let actions = [reach(0.1, 0.05), Action::Tremor { rms_n: DVec3::ONE, duration_s: 1.0 }];
+    let (mut steady, mut skipping) = (hand_of(&ARM, &actions, false), hand_of(&ARM, &actions, false));
+    let wrench = Wrench::force(DVec3::new(-1.0, 2.0, 0.0));
+    for tick in 0..60 {
+        steady.read(tick).unwrap();
+        steady.write(wrench).unwrap();
+    }
+    skipping.read(0).unwrap();
+    skipping.write(wrench).unwrap();
+    let reading = skipping.read(60).unwrap();
+    assert_eq!(reading, steady.read(60).unwrap());
+    assert_eq!(reading, skipping.read(60).unwrap(), "reading twice is reading once");
+    assert_eq!(skipping.state(), steady.state());
+    let past = skipping.read(59).unwrap_err();
+    assert!(matches!(past, DeviceError::TickOutOfReach { asked: 59, at: 60, .. }), "{past}");
+    assert!(skipping.read(61 + MOST_TICKS_AHEAD).is_err());
+    assert!(skipping.write(Wrench::force(DVec3::NAN)).is_err());
+    assert_eq!(skipping.state(), steady.state(), "a refused force does not move the hand");
+}
+
+#[test]
+fn a_state_can_be_saved_restored_and_repeated() {
+    let actions = [reach(0.1, 0.3), Action::Tremor { rms_n: DVec3::X, duration_s: 0.3 }, push(1.0, 0.2)];
+    let mut hand = hand_of(&ARM, &actions, true);
+    free_run(&mut hand, 777);
+    let text = serde_json::to_string(hand.state()).unwrap();
+    let mut other = hand_of(&ARM, &actions, true);
+    other.set_state(serde_json::from_str(&text).unwrap());
+    for tick in 777..2500 {
+        assert_eq!(hand.read(tick), other.read(tick));
+        hand.write(Wrench::force(DVec3::X)).unwrap();
+        other.write(Wrench::force(DVec3::X)).unwrap();
+    }
+    assert_eq!(hand.state(), other.state());
+}
+
+#[test]
+fn in_space_every_axis_is_the_line() {
+    let actions = [Action::Reach { to_m: DVec3::new(0.1, 0.2, -0.3), duration_s: 0.3 }];
+    let model = HandModel::new(&ARM, Freedom::Space, script(&actions, false)).unwrap();
+    let mut free = SimulatedHand::new("ada", model, DVec3::ZERO);
+    let mut lines: Vec<SimulatedHand> = [DVec3::X, DVec3::Y * 2.0, DVec3::NEG_Z]
+        .map(|axis| HandModel::new(&ARM, Freedom::Line(axis), script(&actions, false)).unwrap())
+        .map(|model| SimulatedHand::new("ada", model, DVec3::ZERO))
+        .into();
+    for tick in 0..500 {
+        let sum: DVec3 = lines.iter_mut().map(|line| line.read(tick).unwrap().pose.position).sum();
+        assert_eq!(free.read(tick).unwrap().pose.position, sum);
+        let wrench = Wrench::force(DVec3::new(1.0, -2.0, 0.5));
+        lines.iter_mut().chain([&mut free]).for_each(|hand| hand.write(wrench).unwrap());
+    }
+}
+
+#[test]
+fn impossible_hands_are_refused() {
+    let model = |arm: Hand, freedom| HandModel::new(&arm, freedom, script(&[], false)).map(|_| ());
+    let massless = model(Hand { mass_kg: 0.0, ..ARM }, Freedom::Space).unwrap_err();
+    assert!(massless.to_string().contains("found 0 kg"), "{massless}");
+    assert!(model(Hand { stiffness_n_per_m: f64::NAN, ..ARM }, Freedom::Space).is_err());
+    assert_eq!(model(ARM, Freedom::Line(DVec3::ZERO)), Err(HandError::Direction(DVec3::ZERO)));
+}

@@ -1,0 +1,100 @@
+//! What an endpoint must know beforehand.
+
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Architecture, PlayOut, Scene};
+use cotouch_scene::time::Rate;
+
+use super::MILLISECOND;
+use crate::message::MAX_TEXT_BYTES;
+use crate::wire::MAX_HOSTS;
+
+/// When tick 0 is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StartWhen {
+    /// When the server is made; the others come late.
+    Immediately,
+    /// [`Config::start_delay_ns`] after so many hosts, the server included, are present with their clocks agreed upon.
+    Hosts(u8),
+}
+
+/// What an endpoint must know beforehand.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Hash of the scene; the same on all hosts.
+    pub scene_hash: u64,
+    /// The scene as text, for newcomers that have none; the server hands it out. May be empty.
+    pub scene_text: String,
+    /// Haptic rate.
+    pub control_hz: Rate,
+    /// Network rate.
+    pub network_hz: Rate,
+    /// The users' names; user `i` is at host `i`.
+    pub names: Vec<String>,
+    /// Distributed: every host exchanges data with every other. Centralized: with host 0 only.
+    pub architecture: Architecture,
+    /// When samples are used; decides which count as late.
+    pub play_out: PlayOut,
+    /// n, by sender.
+    pub play_out_periods: Vec<u32>,
+    /// A peer that is silent for so long is lost, ns.
+    pub peer_timeout_ns: i64,
+    /// The user that a newcomer wants to be; `None` for any that is free. The server is always the first.
+    pub user: Option<String>,
+    /// When tick 0 is (the server decides).
+    pub start: StartWhen,
+    /// From the decision to start until tick 0, ns: time for all to learn of it.
+    pub start_delay_ns: i64,
+    /// A newcomer gives up after so long, ns.
+    pub join_timeout_ns: i64,
+    /// Of the random ids. Every endpoint needs its own: two with the same seed are taken for one and the same.
+    pub seed: u64,
+}
+
+/// Why a scene cannot be shared by this protocol.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ConfigError {
+    /// Too many.
+    #[error("a session has at most {MAX_HOSTS} users; the scene has {0}")]
+    Users(usize),
+    /// Too long.
+    #[error("a user's name has at most {MAX_TEXT_BYTES} bytes; found {0:?}")]
+    Name(String),
+}
+
+impl Config {
+    /// The configuration for `scene`; start: when all users are there. The other fields can be changed afterwards.
+    ///
+    /// # Errors
+    /// When there are too many users or a name is too long.
+    pub fn new(scene: &Scene, scene_hash: u64, seed: u64) -> Result<Self, ConfigError> {
+        let names: Vec<String> = scene.users.iter().map(|user| user.name.clone()).collect();
+        if names.is_empty() || names.len() > MAX_HOSTS {
+            return Err(ConfigError::Users(names.len()));
+        }
+        if let Some(name) = names.iter().find(|name| name.len() > MAX_TEXT_BYTES) {
+            return Err(ConfigError::Name(name.clone()));
+        }
+        Ok(Self {
+            scene_hash,
+            scene_text: String::new(),
+            control_hz: scene.rates.control_hz,
+            network_hz: scene.rates.network_hz,
+            architecture: scene.session.architecture,
+            play_out: scene.link.play_out,
+            play_out_periods: scene.hosts().map(|host| scene.play_out_periods(host)).collect(),
+            peer_timeout_ns: (scene.session.peer_timeout_s * 1e9).round() as i64,
+            user: None,
+            start: StartWhen::Hosts(names.len() as u8),
+            start_delay_ns: 500 * MILLISECOND,
+            join_timeout_ns: 10_000 * MILLISECOND,
+            names,
+            seed,
+        })
+    }
+
+    /// The user at `host`; empty when the scene has none.
+    pub(super) fn name_of(&self, host: HostIndex) -> String {
+        self.names.get(host.index()).cloned().unwrap_or_default()
+    }
+}

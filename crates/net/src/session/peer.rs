@@ -1,0 +1,182 @@
+//! What an endpoint remembers of another.
+
+use std::net::SocketAddr;
+
+use arrayvec::ArrayVec;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::time::LocalTime;
+
+use super::MILLISECOND;
+use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
+
+/// Between pings of peers that are present: about 8 Hz.
+const PING_PERIOD_NS: i64 = 125 * MILLISECOND;
+/// Between pings while the clock is not agreed upon.
+const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
+/// Pings that may wait for their answers: 2 s of round trip.
+const OPEN_PINGS: usize = 16;
+/// Unanswered pings after which a burst gives way to pauses.
+const LONGEST_BURST: u32 = 100;
+
+/// Whether a peer is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Presence {
+    /// Announced by the server, not heard yet.
+    Expected,
+    /// Heard within the time-out.
+    Present,
+    /// Silent for longer.
+    Lost,
+    /// Said good-bye.
+    Left,
+}
+
+/// Growing pauses between repeats: 50 ms, then half as long again each time, up to half a second.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Backoff {
+    due: LocalTime,
+    pause_ns: i64,
+}
+
+impl Backoff {
+    const FIRST_NS: i64 = 50 * MILLISECOND;
+    const LONGEST_NS: i64 = 500 * MILLISECOND;
+
+    /// Due at once.
+    pub(super) const fn from(now: LocalTime) -> Self {
+        Self { due: now, pause_ns: Self::FIRST_NS }
+    }
+
+    pub(super) const fn due(&self) -> LocalTime {
+        self.due
+    }
+
+    /// It was done at `now`; due again after the next pause.
+    pub(super) fn again(&mut self, now: LocalTime) {
+        self.due = now.plus_ns(self.pause_ns);
+        self.pause_ns = (self.pause_ns * 3 / 2).min(Self::LONGEST_NS);
+    }
+
+    fn pause_after(attempts: u32) -> i64 {
+        let mut backoff = Self::from(LocalTime(0));
+        for _ in 0..attempts.min(8) {
+            backoff.again(LocalTime(0));
+        }
+        backoff.pause_ns
+    }
+}
+
+/// What an endpoint remembers of another.
+#[derive(Clone, Debug)]
+pub(super) struct Peer {
+    pub(super) host: HostIndex,
+    pub(super) instance: u64,
+    pub(super) address: SocketAddr,
+    pub(super) presence: Presence,
+    /// Whether the caller was told of it.
+    pub(super) introduced: bool,
+    /// Whether it is a new instance of which the caller was not told yet.
+    pub(super) restarted: bool,
+    pub(super) last_heard: LocalTime,
+    pub(super) next_ping: LocalTime,
+    pub(super) unanswered: u32,
+    open_pings: ArrayVec<LocalTime, OPEN_PINGS>,
+    /// Whether its clock is agreed upon (it says so).
+    pub(super) ready: bool,
+    /// The roster that it is to know (server only).
+    pub(super) roster: Backoff,
+    pub(super) roster_known: bool,
+    /// Another instance that wants this one's place, and since when (server only).
+    pub(super) contender: Option<(u64, LocalTime)>,
+    pub(super) sent: u64,
+    pub(super) late: u64,
+    pub(super) sequence: SequenceTracker,
+    pub(super) round_trip: RoundTripMeter,
+}
+
+impl Peer {
+    pub(super) fn new(host: HostIndex, instance: u64, address: SocketAddr, now: LocalTime) -> Self {
+        Self {
+            host,
+            instance,
+            address,
+            presence: Presence::Expected,
+            introduced: false,
+            restarted: false,
+            last_heard: now,
+            next_ping: now,
+            unanswered: 0,
+            open_pings: ArrayVec::new(),
+            ready: false,
+            roster: Backoff::from(now),
+            roster_known: false,
+            contender: None,
+            sent: 0,
+            late: 0,
+            sequence: SequenceTracker::default(),
+            round_trip: RoundTripMeter::default(),
+        }
+    }
+
+    /// A new instance took its place; statistics go on.
+    pub(super) fn restart(&mut self, instance: u64, address: SocketAddr, now: LocalTime) {
+        // One that said good-bye is a newcomer again.
+        self.introduced &= self.presence != Presence::Left;
+        self.restarted = self.introduced;
+        self.presence = Presence::Expected;
+        self.instance = instance;
+        self.address = address;
+        self.last_heard = now;
+        self.next_ping = now;
+        self.unanswered = 0;
+        self.open_pings.clear();
+        self.ready = false;
+        self.roster = Backoff::from(now);
+        self.roster_known = false;
+        self.contender = None;
+        self.sequence.restart();
+    }
+
+    /// When something about it is to be done next.
+    pub(super) fn due(&self, timeout_ns: i64, is_server: bool) -> Option<LocalTime> {
+        if self.presence == Presence::Left {
+            return None;
+        }
+        let silence = (self.presence == Presence::Present).then(|| self.last_heard.plus_ns(timeout_ns));
+        let roster = (is_server && !self.roster_known && self.presence == Presence::Present)
+            .then(|| self.roster.due());
+        [Some(self.next_ping), silence, roster].into_iter().flatten().min()
+    }
+
+    /// A ping goes out.
+    pub(super) fn note_ping(&mut self, now: LocalTime, in_burst: bool) {
+        if self.open_pings.is_full() {
+            self.open_pings.remove(0);
+        }
+        self.open_pings.push(now);
+        let pause_ns = match self.presence {
+            _ if in_burst && self.unanswered < LONGEST_BURST => BURST_PERIOD_NS,
+            Presence::Present => PING_PERIOD_NS,
+            _ => Backoff::pause_after(self.unanswered),
+        };
+        self.unanswered = self.unanswered.saturating_add(1);
+        self.next_ping = now.plus_ns(pause_ns);
+    }
+
+    /// Whether a ping of that time waits for its answer; it does so no longer.
+    pub(super) fn take_ping(&mut self, sent: LocalTime) -> bool {
+        let Some(index) = self.open_pings.iter().position(|&open| open == sent) else { return false };
+        self.open_pings.remove(index);
+        self.unanswered = 0;
+        true
+    }
+
+    pub(super) fn statistics(&self) -> LinkStatistics {
+        LinkStatistics {
+            sent: self.sent,
+            sequence: self.sequence.counts(),
+            late: self.late,
+            round_trip: self.round_trip.summary(),
+        }
+    }
+}

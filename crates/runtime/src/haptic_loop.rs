@@ -1,0 +1,198 @@
+//! The one pacing thread of a process: every host's tick at its instant.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use cotouch_device::device::Device;
+use cotouch_net::clock::ClockMap;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::time::Rate;
+use hdrhistogram::Histogram;
+
+use crate::clock;
+use crate::record::{Note, TickRecord};
+use crate::snapshot::HostSnapshot;
+use crate::station::{Punctuality, Station};
+use crate::transport::{HapticPort, Inbound};
+
+/// Displays are told of at most every this many nanoseconds.
+const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
+/// After this time a device that still renders a force is let go of by ending anyway, s.
+const LONGEST_RELEASE_S: f64 = 2.0;
+
+/// One host as the haptic thread sees it.
+pub(crate) struct HapticHost {
+    pub(crate) station: Station<Box<dyn Device>>,
+    pub(crate) port: HapticPort,
+    pub(crate) snapshot: triple_buffer::Input<HostSnapshot>,
+    pub(crate) timing: Timing,
+}
+
+/// How a host's ticks went.
+#[derive(Clone, Debug)]
+pub(crate) struct Timing {
+    pub(crate) ticks: u64,
+    pub(crate) missed: u64,
+    pub(crate) compute_ns: Histogram<u64>,
+    pub(crate) lateness_ns: Histogram<u64>,
+}
+
+impl Timing {
+    pub(crate) fn new() -> Self {
+        // From 1 ns to 10 s with three digits; nothing is allocated after this.
+        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).expect("constant bounds are sound");
+        Self { ticks: 0, missed: 0, compute_ns: histogram(), lateness_ns: histogram() }
+    }
+
+    fn observe(&mut self, record: &TickRecord) {
+        self.ticks += 1;
+        self.compute_ns.saturating_record(record.compute_ns.max(1) as u64);
+        self.lateness_ns.saturating_record(record.lateness_ns.max(1) as u64);
+    }
+}
+
+/// What others may ask of the haptic thread, and what it tells them.
+#[derive(Debug, Default)]
+pub(crate) struct Control {
+    pub(crate) stop: AtomicBool,
+    /// Session time of the run so far, ns since its first tick.
+    pub(crate) elapsed_ns: AtomicU64,
+    pub(crate) started: AtomicBool,
+    pub(crate) ended: AtomicBool,
+}
+
+/// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
+pub(crate) fn run(
+    mut hosts: Vec<HapticHost>,
+    rate: Rate,
+    duration_s: Option<f64>,
+    control: &Arc<Control>,
+) -> Vec<HapticHost> {
+    if let Some(first) = wait_for_start(&mut hosts, rate, control) {
+        run_ticks(&mut hosts, rate, first, duration_s, control);
+    }
+    control.ended.store(true, Ordering::Release);
+    hosts
+}
+
+/// The first tick of this process; `None` when a stop was asked for before the session started.
+fn wait_for_start(hosts: &mut [HapticHost], rate: Rate, control: &Control) -> Option<u64> {
+    loop {
+        if control.stop.load(Ordering::Relaxed) {
+            return None;
+        }
+        if hosts.iter_mut().all(|host| host.port.clock().is_some())
+            && let Some(map) = hosts[0].port.clock()
+        {
+            control.started.store(true, Ordering::Release);
+            let now = map.session(clock::now());
+            return Some(if now.0 < 0 { 0 } else { join_under_way(hosts, rate.last_tick_at(now) + 1) });
+        }
+        clock::sleep_towards(clock::now().plus_ns(1_000_000));
+    }
+}
+
+/// A host that comes to a session that is under way takes the world as it finds it; the first host is the world.
+fn join_under_way(hosts: &mut [HapticHost], first: u64) -> u64 {
+    for host in hosts.iter_mut().filter(|host| host.station.model.host != HostIndex::FIRST) {
+        host.station.adopt_world();
+    }
+    first
+}
+
+fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Option<f64>, control: &Control) {
+    let seconds = |seconds: f64| (seconds * rate.hz()).ceil() as u64;
+    let last = duration_s.map_or(u64::MAX, |duration| first.saturating_add(seconds(duration)));
+    let mut give_up = u64::MAX;
+    let mut tick = first;
+    let mut next_snapshot_ns = 0;
+    loop {
+        let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else { continue };
+        let releasing = due >= last || control.stop.load(Ordering::Relaxed);
+        if releasing && give_up == u64::MAX {
+            give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
+        }
+        let elapsed_ns = rate.instant(due).since(rate.instant(first));
+        let shows = elapsed_ns >= next_snapshot_ns;
+        for host in hosts.iter_mut() {
+            if releasing {
+                host.station.release();
+            }
+            let before_skip = if host.timing.ticks == 0 { due } else { tick };
+            let record = tick_host(host, due, due - before_skip, lateness_ns);
+            if shows {
+                host.show(due, &record);
+            }
+        }
+        hosts.iter_mut().for_each(|host| host.port.wake_sender());
+        if shows {
+            next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
+            control.elapsed_ns.store(elapsed_ns as u64, Ordering::Relaxed);
+        }
+        if releasing && (hosts.iter().all(|host| host.station.is_released()) || due >= give_up) {
+            control.elapsed_ns.store(elapsed_ns as u64, Ordering::Relaxed);
+            break;
+        }
+        tick = due + 1;
+    }
+}
+
+/// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it
+/// is, ns; `None` when it is not yet time.
+fn wait_for_tick(port: &mut HapticPort, rate: Rate, tick: u64) -> Option<(u64, i64)> {
+    let map: ClockMap = port.clock()?;
+    let instant = map.local(rate.instant(tick));
+    let now = clock::sleep_towards(instant);
+    if now < instant {
+        return None;
+    }
+    let due = rate.last_tick_at(map.session(now)).max(tick);
+    Some((due, now.since(map.local(rate.instant(due))).max(0)))
+}
+
+/// One tick of one host. No allocation, no lock, no system call besides the device and the clock.
+fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -> TickRecord {
+    let began = clock::now();
+    if skipped > 0 {
+        host.timing.missed += skipped;
+        host.station.note(Note::Skipped { ticks: skipped });
+    }
+    if let Some(packet) = host.station.begin(tick) {
+        host.port.leave(None, packet);
+    }
+    while let Some(inbound) = host.port.next() {
+        match inbound {
+            Inbound::State { from, packet } => host.station.receive(from, &packet),
+            Inbound::Presence { peer, present } => host.station.set_present(peer, present),
+        }
+    }
+    for (client, packet) in host.station.respond() {
+        host.port.leave(Some(client), packet);
+    }
+    let record =
+        host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
+    host.timing.observe(&record);
+    record
+}
+
+impl HapticHost {
+    /// Leaves the newest picture of this host for displays. No allocation, no lock.
+    fn show(&mut self, tick: u64, record: &TickRecord) {
+        let snapshot = self.snapshot.input_buffer_mut();
+        let instant = self.station.model.schedule.control().instant(tick);
+        *snapshot = HostSnapshot {
+            host: self.station.model.host,
+            time_s: instant.as_secs_f64(),
+            hand: record.reading,
+            commanded: record.commanded,
+            object: record.object.pose,
+            touches_wall: record.touches_wall,
+            diverged: record.diverged,
+            ticks: self.timing.ticks,
+            missed: self.timing.missed,
+            lateness_us: record.lateness_ns as f64 * 1e-3,
+            links: arrayvec::ArrayVec::new(),
+        };
+        self.snapshot.publish();
+    }
+}

@@ -1,0 +1,51 @@
+//! How a host comes into a session: the protocol's configuration for a scene.
+
+use std::net::SocketAddr;
+
+use cotouch_net::session::{Config, Endpoint, StartWhen};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+use cotouch_scene::time::LocalTime;
+
+use crate::transport::{HapticPort, Transport};
+
+/// A host that takes part, with its network threads.
+pub(crate) type Seat = (Transport, HapticPort);
+
+/// The endpoint of `host` in a session that starts when all of the scene's users are there. Its ids come from the
+/// scene's seed, so that the same session is the same, byte for byte.
+#[must_use]
+pub fn endpoint(scene: &Scene, host: HostIndex, server: SocketAddr, now: LocalTime) -> Endpoint {
+    let seed = scene.session.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(u64::from(host.0));
+    let mut config = config(scene, seed);
+    config.user = Some(scene.users[host.index()].name.clone());
+    if host == HostIndex::FIRST { Endpoint::serve(config, now) } else { Endpoint::join(config, server, now) }
+}
+
+/// The endpoint of a session that others join when they like.
+#[must_use]
+pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
+    let mut config = config(scene, instance_seed(now));
+    config.start = StartWhen::Immediately;
+    Endpoint::serve(config, now)
+}
+
+/// The endpoint of a newcomer who wants to be `user`, or anyone.
+#[must_use]
+pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: SocketAddr, now: LocalTime) -> Endpoint {
+    let mut config = config(scene, instance_seed(now));
+    config.user = user.map(str::to_owned);
+    Endpoint::join(config, server, now)
+}
+
+fn config(scene: &Scene, seed: u64) -> Config {
+    let mut config = Config::new(scene, cotouch_scene::scene_hash(scene), seed)
+        .expect("a checked scene has 2 to 16 users with short names");
+    config.scene_text = cotouch_scene::to_toml(scene);
+    config
+}
+
+/// Every life of a host needs ids of its own.
+fn instance_seed(now: LocalTime) -> u64 {
+    (now.0 as u64).rotate_left(32) ^ u64::from(std::process::id())
+}

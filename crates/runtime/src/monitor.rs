@@ -1,0 +1,206 @@
+//! Whether a run was stable, judged from what it did.
+//!
+//! A run is unstable iff, after the soft start, a governor limit acted for over 20 ms on end, or the energy that its
+//! couplers hold above 8 Hz is, in the mean over the last quarter of the run, more than 1.5 times that of the quarter
+//! before and more than 1 µJ. Bounded memory for a run of any length, and no allocation while it runs.
+
+use cotouch_host::step::{CouplerOutput, MAX_COUPLERS};
+use glam::DVec3;
+
+/// Above this the couplers' motion counts as oscillation rather than as what the users do, Hz.
+const CORNER_HZ: f64 = 8.0;
+/// A mean oscillation energy below this is never called unstable, J.
+const LEAST_ENERGY_J: f64 = 1e-6;
+/// Growth from the last quarter but one to the last that is called unstable.
+const GROWTH: f64 = 1.5;
+
+/// Collects the couplers' energy above 8 Hz at one host.
+#[derive(Clone, Debug)]
+pub struct OscillationMonitor {
+    high_pass: HighPass,
+    filters: [Option<FilterState>; MAX_COUPLERS],
+    energy: Bins,
+}
+
+impl OscillationMonitor {
+    /// For a host that ticks every `period_s`.
+    #[must_use]
+    pub fn new(period_s: f64) -> Self {
+        Self {
+            high_pass: HighPass::butterworth(CORNER_HZ, period_s),
+            filters: [None; MAX_COUPLERS],
+            energy: Bins::new(),
+        }
+    }
+
+    /// Takes the couplers of one tick. A coupler that is seen for the first time starts without a transient.
+    pub fn observe(&mut self, couplers: &[CouplerOutput]) {
+        let mut energy_j = 0.0;
+        for coupler in couplers {
+            let slot = &mut self.filters[usize::from(coupler.slot)];
+            let state = slot.get_or_insert_with(|| self.high_pass.settled_at(coupler.stretch));
+            let fast = self.high_pass.step(state, coupler.stretch);
+            energy_j += 0.5 * coupler.stiffness_n_per_m * fast.length_squared();
+        }
+        self.energy.push(energy_j);
+    }
+
+    /// Mean energy above 8 Hz (J) in the third and in the last quarter of the run.
+    #[must_use]
+    pub fn last_two_quarters_j(&self) -> (f64, f64) {
+        self.energy.last_two_quarters()
+    }
+}
+
+/// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
+#[must_use]
+pub fn grows(before_j: f64, last_j: f64) -> bool {
+    !last_j.is_finite() || last_j > LEAST_ENERGY_J && last_j > GROWTH * before_j
+}
+
+/// A second-order Butterworth high pass, by the bilinear transform with the corner pre-warped.
+#[derive(Clone, Copy, Debug)]
+struct HighPass {
+    b: [f64; 3],
+    a: [f64; 2],
+}
+
+/// Transposed direct form II.
+#[derive(Clone, Copy, Debug)]
+struct FilterState([DVec3; 2]);
+
+impl HighPass {
+    fn butterworth(corner_hz: f64, period_s: f64) -> Self {
+        // Below about four ticks a cycle the corner cannot be told from the tick itself.
+        let warped = (std::f64::consts::PI * (corner_hz * period_s).min(0.25)).tan();
+        let norm = 1.0 / (1.0 + std::f64::consts::SQRT_2 * warped + warped * warped);
+        Self {
+            b: [norm, -2.0 * norm, norm],
+            a: [
+                2.0 * (warped * warped - 1.0) * norm,
+                (1.0 - std::f64::consts::SQRT_2 * warped + warped * warped) * norm,
+            ],
+        }
+    }
+
+    /// The state after a constant input for ever, where the output is zero.
+    fn settled_at(&self, input: DVec3) -> FilterState {
+        FilterState([-self.b[0] * input, self.b[2] * input])
+    }
+
+    fn step(&self, state: &mut FilterState, input: DVec3) -> DVec3 {
+        let output = self.b[0] * input + state.0[0];
+        state.0[0] = self.b[1] * input - self.a[0] * output + state.0[1];
+        state.0[1] = self.b[2] * input - self.a[1] * output;
+        output
+    }
+}
+
+const BINS: usize = 4096;
+
+/// Means over equal stretches of time; when full, neighbours merge.
+#[derive(Clone, Debug)]
+struct Bins {
+    sums: Vec<f64>,
+    samples_per_bin: u64,
+    in_last: u64,
+}
+
+impl Bins {
+    fn new() -> Self {
+        Self { sums: Vec::with_capacity(BINS), samples_per_bin: 1, in_last: 0 }
+    }
+
+    fn push(&mut self, value: f64) {
+        if self.sums.is_empty() || self.in_last == self.samples_per_bin {
+            if self.sums.len() == BINS {
+                self.merge_neighbours();
+            }
+            self.sums.push(0.0);
+            self.in_last = 0;
+        }
+        if let Some(last) = self.sums.last_mut() {
+            *last += value;
+        }
+        self.in_last += 1;
+    }
+
+    fn merge_neighbours(&mut self) {
+        for index in 0..BINS / 2 {
+            self.sums[index] = self.sums[2 * index] + self.sums[2 * index + 1];
+        }
+        self.sums.truncate(BINS / 2);
+        self.samples_per_bin *= 2;
+    }
+
+    fn last_two_quarters(&self) -> (f64, f64) {
+        // An unfinished last bin is left out, unless it is the only kind there is.
+        let whole = if self.in_last == self.samples_per_bin {
+            self.sums.len()
+        } else {
+            self.sums.len().saturating_sub(1)
+        };
+        let quarter = whole / 4;
+        let mean = |bins: &[f64]| {
+            let samples = (bins.len() as u64 * self.samples_per_bin).max(1);
+            bins.iter().sum::<f64>() / samples as f64
+        };
+        (mean(&self.sums[whole - 2 * quarter..whole - quarter]), mean(&self.sums[whole - quarter..whole]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const T: f64 = 1.0 / 1024.0;
+
+    fn run(seconds: f64, stretch: impl Fn(f64) -> f64) -> (f64, f64) {
+        let mut monitor = OscillationMonitor::new(T);
+        for tick in 0..(seconds / T) as u32 {
+            let stretch = DVec3::X * stretch(f64::from(tick) * T);
+            monitor.observe(&[CouplerOutput { slot: 0, stiffness_n_per_m: 1000.0, stretch }]);
+        }
+        monitor.last_two_quarters_j()
+    }
+
+    #[test]
+    fn a_vibration_above_the_corner_has_its_own_energy() {
+        let amplitude = 1e-3;
+        let (before, last) = run(8.0, |t| amplitude * (t * 40.0 * std::f64::consts::TAU).sin());
+        let expected = 0.25 * 1000.0 * amplitude * amplitude;
+        assert!((last / expected - 1.0).abs() < 0.01 && (before / expected - 1.0).abs() < 0.01);
+        assert!(!grows(before, last));
+    }
+
+    #[test]
+    fn slow_motion_and_a_constant_load_do_not_count() {
+        let (_, slow) = run(8.0, |t| 0.01 * (t * 0.5 * std::f64::consts::TAU).sin());
+        assert!(slow < 1e-6, "{slow}");
+        let (_, constant) = run(8.0, |_| 0.01);
+        assert!(constant < 1e-20, "{constant}");
+    }
+
+    #[test]
+    fn growth_is_growth_and_decay_is_not() {
+        let vibration = |rate: f64| move |t: f64| 1e-3 * (rate * t).exp() * (t * 200.0).sin();
+        let (before, last) = run(8.0, vibration(0.3));
+        assert!(grows(before, last));
+        let (before, last) = run(8.0, vibration(-0.3));
+        assert!(!grows(before, last));
+        assert!(!grows(0.0, 9e-7), "too little to matter");
+        assert!(grows(0.0, f64::NAN));
+    }
+
+    #[test]
+    fn memory_is_bounded_and_the_quarters_stay_right() {
+        let mut bins = Bins::new();
+        let total = 100_000_u32;
+        for sample in 0..total {
+            bins.push(if sample >= total / 4 * 3 { 4.0 } else { 1.0 });
+        }
+        assert!(bins.sums.capacity() <= BINS);
+        let (before, last) = bins.last_two_quarters();
+        assert!((before - 1.0).abs() < 0.01 && (last - 4.0).abs() < 0.01);
+    }
+}

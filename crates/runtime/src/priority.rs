@@ -1,0 +1,69 @@
+//! Asking the operating system to let the haptic thread run when it is due.
+
+use thread_priority::{ThreadPriority, set_current_thread_priority};
+
+/// A stack that is small enough to be locked into memory, and ample for a tick.
+pub const HAPTIC_STACK_BYTES: usize = 512 * 1024;
+
+/// Stack of a network or recorder thread.
+pub const HELPER_STACK_BYTES: usize = 256 * 1024;
+
+/// SCHED_FIFO priority of the haptic thread; audio servers and PREEMPT_RT interrupt threads use more.
+const FIFO_PRIORITY: u8 = 40;
+
+/// Raises the calling thread to real-time scheduling, locks the process's memory and asks for precise timers. What the
+/// system does not allow is left as it was and said in one sentence.
+#[must_use]
+pub fn raise_haptic_thread() -> Option<String> {
+    let mut refused = Vec::new();
+    if raise_to_fifo().is_err() {
+        refused.push("real-time scheduling (SCHED_FIFO)");
+    }
+    if lock_memory().is_err() {
+        refused.push("locking its memory");
+    }
+    if precise_timers().is_err() {
+        refused.push("precise timers");
+    }
+    (!refused.is_empty()).then(|| {
+        let refused = refused.join(" and ");
+        format!("the system does not allow {refused} for this process; haptic ticks may come late under load")
+    })
+}
+
+#[cfg(target_os = "linux")]
+fn raise_to_fifo() -> Result<(), thread_priority::Error> {
+    use thread_priority::unix::{
+        RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
+    };
+    let priority = ThreadPriority::Crossplatform(FIFO_PRIORITY.try_into().expect("between 0 and 99"));
+    let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
+    set_thread_priority_and_policy(thread_native_id(), priority, policy)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn raise_to_fifo() -> Result<(), thread_priority::Error> {
+    set_current_thread_priority(ThreadPriority::Max)
+}
+
+#[cfg(target_os = "linux")]
+fn lock_memory() -> rustix::io::Result<()> {
+    use rustix::mm::{MlockAllFlags, mlockall};
+    // On fault: what is never touched, such as the far end of stacks, is not made resident.
+    mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn lock_memory() -> std::io::Result<()> {
+    Err(std::io::ErrorKind::Unsupported.into())
+}
+
+#[cfg(target_os = "linux")]
+fn precise_timers() -> rustix::io::Result<()> {
+    rustix::thread::set_current_timer_slack(std::num::NonZeroU64::new(1))
+}
+
+#[cfg(not(target_os = "linux"))]
+fn precise_timers() -> std::io::Result<()> {
+    Ok(())
+}

@@ -1,0 +1,252 @@
+//! A session in real time: real clocks, sockets and threads around the same stations as in virtual time.
+//!
+//! [`run_local`] starts every host in this process with sockets on loopback; [`serve`] and [`join`] start one host of
+//! a session that spans processes and machines. Each gives a [`SessionHandle`].
+
+use std::io;
+use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::thread;
+use std::time::Duration;
+
+use cotouch_device::device::Device;
+use cotouch_device::hand::{HandError, SimulatedHand};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
+
+use crate::clock;
+use crate::exchange::RecordSink;
+use crate::haptic_loop::{self, Control, HapticHost, Timing};
+use crate::impairment::ImpairedWays;
+use crate::joining::{self, Seat};
+use crate::priority::HAPTIC_STACK_BYTES;
+use crate::recording_thread::RecordingThread;
+use crate::session_handle::{Local, SessionHandle};
+use crate::snapshot::HostSnapshot;
+use crate::station::Station;
+use crate::transport::{HapticPort, Transport};
+
+/// How long a newcomer waits to be taken in.
+const JOIN_PATIENCE: Duration = Duration::from_secs(10);
+
+/// What the caller decides about a session in real time.
+#[derive(Clone, Debug, Default)]
+pub struct RealTimeOptions {
+    /// Session time after which the run ends; `None` runs until it is stopped.
+    pub duration_s: Option<f64>,
+    /// Where the recording goes; `None` records nothing.
+    pub recording: Option<PathBuf>,
+    /// An impairment of every way out of this process.
+    pub impairment: Option<Impairment>,
+}
+
+/// Why a session did not start.
+#[derive(Debug, thiserror::Error)]
+pub enum StartError {
+    /// No socket at the address.
+    #[error("no UDP socket can be opened at {address}: {source}")]
+    Socket {
+        /// The address.
+        address: SocketAddr,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// A thread could not be started.
+    #[error("a thread of the session cannot be started: {0}")]
+    Thread(io::Error),
+    /// The session turned this host away.
+    #[error("the session at {server} turned this host away: {reason}")]
+    Refused {
+        /// The server.
+        server: SocketAddr,
+        /// Its reason.
+        reason: String,
+    },
+    /// Nobody answered.
+    #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and does UDP get through?", JOIN_PATIENCE.as_secs())]
+    Silence {
+        /// The server.
+        server: SocketAddr,
+    },
+    /// The server's scene does not read.
+    #[error("the scene that {server} sent cannot be used: {reason}")]
+    Scene {
+        /// The server.
+        server: SocketAddr,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The scene's hands cannot be simulated.
+    #[error(transparent)]
+    Hand(#[from] HandError),
+    /// The recording cannot be written.
+    #[error(transparent)]
+    Recording(#[from] crate::recorder::RecorderError),
+}
+
+/// The scene as a real network can play it, and a sentence when that differs from what was asked for.
+///
+/// A sample cannot be used at the instant at which it is taken somewhere else. With scheduled play-out every way takes
+/// at least one network period: n ≥ 1 when distributed; n ≥ 2 when centralized, of which one on the force's way
+/// back (where the round trip's periods lie does not change the loop's poles).
+#[must_use]
+pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
+    let mut scene = scene.clone();
+    if scene.link.play_out == PlayOut::OnArrival {
+        return (scene, None);
+    }
+    let asked = scene.link.delay_periods;
+    match scene.session.architecture {
+        Architecture::Distributed => scene.link.delay_periods = asked.max(1),
+        Architecture::Centralized => {
+            scene.link.delay_periods = asked.max(2);
+            let most = scene.link.delay_periods - 1;
+            scene.link.return_delay_periods = scene.link.return_delay_periods.clamp(1, most);
+        }
+    }
+    let real = scene.link.delay_periods;
+    let way = match scene.session.architecture {
+        Architecture::Distributed => "one way",
+        Architecture::Centralized => "there and back",
+    };
+    let warning = (real != asked).then(|| {
+        format!(
+            "in real time packets need at least {real} network period{} {way}, so this session runs, and is analysed, \
+             with link.delay_periods = {real} instead of {asked}; `--virtual` runs the scene as it is",
+            if real == 1 { "" } else { "s" }
+        )
+    });
+    (scene, warning)
+}
+
+/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with simulated hands.
+///
+/// # Errors
+/// When a socket, a thread or the recording cannot be had.
+pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
+    let mut seats = Vec::new();
+    let server_socket = bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
+    let server = local_address(&server_socket)?;
+    for host in scene.hosts() {
+        let socket = if host == HostIndex::FIRST {
+            server_socket.try_clone().map_err(StartError::Thread)?
+        } else {
+            bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?
+        };
+        let endpoint = joining::endpoint(scene, host, server, clock::now());
+        seats.push(take_seat(socket, endpoint, host, scene.session.seed, options)?);
+        wait_to_be_taken_in(&seats[host.index()].0, server)?;
+    }
+    let devices = scene
+        .hosts()
+        .map(|host| Ok(Box::new(SimulatedHand::of_scene(scene, host)?) as Box<dyn Device>))
+        .collect::<Result<Vec<_>, StartError>>()?;
+    start(scene, seats, devices, options)
+}
+
+/// Starts the first host of `scene`, listening at `listen`; the others join. The session's clock starts at once.
+///
+/// # Errors
+/// When the address, a thread or the recording cannot be had.
+pub fn serve(scene: &Scene, listen: SocketAddr, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
+    let socket = bind(listen)?;
+    let endpoint = joining::serving_endpoint(scene, clock::now());
+    let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
+    let device = SimulatedHand::of_scene(scene, HostIndex::FIRST)?;
+    start(scene, vec![seat], vec![Box::new(device)], options)
+}
+
+/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
+///
+/// # Errors
+/// When nobody answers, the session turns this host away, or a thread or the recording cannot be had.
+pub fn join(
+    server: SocketAddr,
+    user: Option<&str>,
+    options: &RealTimeOptions,
+) -> Result<(Scene, SessionHandle), StartError> {
+    let any = if server.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
+    let socket = bind(any.parse().expect("a constant address"))?;
+    let scene = joining::fetch_scene(&socket, server, JOIN_PATIENCE)?;
+    let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
+    let (transport, port) = take_seat(socket, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
+    wait_to_be_taken_in(&transport, server)?;
+    let host = transport.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
+    let device = SimulatedHand::of_scene(&scene, host)?;
+    let handle = start(&scene, vec![(transport, port)], vec![Box::new(device)], options)?;
+    Ok((scene, handle))
+}
+
+fn take_seat(
+    socket: UdpSocket,
+    endpoint: cotouch_net::session::Endpoint,
+    host: HostIndex,
+    seed: u64,
+    options: &RealTimeOptions,
+) -> Result<Seat, StartError> {
+    let ways = options.impairment.clone().map(|impairment| ImpairedWays::new(impairment, seed, host));
+    Transport::start(socket, endpoint, ways, &host.to_string()).map_err(StartError::Thread)
+}
+
+fn wait_to_be_taken_in(transport: &Transport, server: SocketAddr) -> Result<(), StartError> {
+    let patience = clock::now().plus_ns(JOIN_PATIENCE.as_nanos() as i64);
+    while clock::now() < patience {
+        if let Some(reason) = transport.refusal() {
+            return Err(StartError::Refused { server, reason });
+        }
+        if transport.has_joined() {
+            return Ok(());
+        }
+        thread::sleep(Duration::from_millis(2));
+    }
+    Err(StartError::Silence { server })
+}
+
+fn start(
+    scene: &Scene,
+    seats: Vec<Seat>,
+    devices: Vec<Box<dyn Device>>,
+    options: &RealTimeOptions,
+) -> Result<SessionHandle, StartError> {
+    let hosts: Vec<HostIndex> = seats
+        .iter()
+        .map(|(transport, _)| transport.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
+        .collect();
+    let (recording, mut sinks) = RecordingThread::start(scene, hosts.len(), options.recording.as_deref())?;
+    let mut haptic = Vec::new();
+    let mut locals = Vec::new();
+    for (((transport, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
+        let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
+        let sink = sinks.pop().map(|sink| Box::new(sink) as Box<dyn RecordSink>);
+        haptic.push(new_host(scene, host, device, sink, port, snapshot_in));
+        locals.push(Local { host, transport, snapshot: snapshot_out });
+    }
+    let control = Arc::new(Control::default());
+    let (rate, duration_s, shared) = (scene.rates.control_hz, options.duration_s, Arc::clone(&control));
+    let thread = thread::Builder::new()
+        .name("haptic".to_owned())
+        .stack_size(HAPTIC_STACK_BYTES)
+        .spawn(move || haptic_loop::run(haptic, rate, duration_s, &shared))
+        .map_err(StartError::Thread)?;
+    Ok(SessionHandle::new(scene.clone(), control, locals, thread, recording))
+}
+
+fn new_host(
+    scene: &Scene,
+    host: HostIndex,
+    device: Box<dyn Device>,
+    sink: Option<Box<dyn RecordSink>>,
+    port: HapticPort,
+    snapshot: triple_buffer::Input<HostSnapshot>,
+) -> HapticHost {
+    HapticHost { station: Station::new(scene, host, device, sink), port, snapshot, timing: Timing::new() }
+}
+
+fn bind(address: SocketAddr) -> Result<UdpSocket, StartError> {
+    UdpSocket::bind(address).map_err(|source| StartError::Socket { address, source })
+}
+
+fn local_address(socket: &UdpSocket) -> Result<SocketAddr, StartError> {
+    socket.local_addr().map_err(StartError::Thread)
+}

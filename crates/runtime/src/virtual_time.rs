@@ -1,0 +1,251 @@
+//! A whole session in virtual time: one thread, simulated links, the same bytes every time.
+//!
+//! Hosts, protocol, wire format, governor and recorder are the ones of the real-time run; only clocks, sockets and
+//! hands are simulated. Events are taken in the order of their instants; at one instant everything is sampled first,
+//! then transmitted and delivered, then used.
+
+use std::net::{Ipv4Addr, SocketAddr};
+
+use cotouch_device::device::Device;
+use cotouch_device::hand::SimulatedHand;
+use cotouch_net::link::SimulatedLink;
+use cotouch_net::session::{Endpoint, Event};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+use cotouch_scene::time::{LocalTime, Rate};
+
+use crate::record::TickRecord;
+use crate::station::{Punctuality, Station};
+
+const NEVER: i64 = i64::MAX;
+
+/// A session whose hosts, links and clocks all live in one value.
+pub struct VirtualSession<D = SimulatedHand> {
+    control: Rate,
+    hosts: Vec<VirtualHost<D>>,
+    /// From host `i` to host `j` at `i·users + j`.
+    links: Vec<SimulatedLink>,
+    now: LocalTime,
+    /// When the next packet arrives or an endpoint wants to do something.
+    next_network: i64,
+}
+
+/// One host of a virtual session.
+pub struct VirtualHost<D = SimulatedHand> {
+    /// Host, device and governor.
+    pub station: Station<D>,
+    /// The session protocol.
+    pub endpoint: Endpoint,
+    next_tick: u64,
+    next_due: i64,
+}
+
+impl<D: Device> VirtualSession<D> {
+    /// A session of `scene` in which `station` makes each host's station. Hosts have yet to join.
+    #[must_use]
+    pub fn new(scene: &Scene, mut station: impl FnMut(HostIndex) -> Station<D>) -> Self {
+        let now = LocalTime(0);
+        let hosts = scene.hosts().map(|host| VirtualHost {
+            station: station(host),
+            endpoint: crate::joining::endpoint(scene, host, address(HostIndex::FIRST), now),
+            next_tick: 0,
+            next_due: NEVER,
+        });
+        let seed = scene.session.seed;
+        let ways = scene.hosts().flat_map(|from| scene.hosts().map(move |to| (from, to)));
+        let links = ways.map(|(from, to)| SimulatedLink::new(scene.impairment(from, to), seed, from, to));
+        Self {
+            control: scene.rates.control_hz,
+            hosts: hosts.collect(),
+            links: links.collect(),
+            now,
+            next_network: 0,
+        }
+    }
+
+    /// The hosts.
+    #[must_use]
+    pub fn hosts(&self) -> &[VirtualHost<D>] {
+        &self.hosts
+    }
+
+    /// One host.
+    pub fn host_mut(&mut self, host: HostIndex) -> &mut VirtualHost<D> {
+        &mut self.hosts[host.index()]
+    }
+
+    /// The links, from host `i` to host `j` at `i·users + j`.
+    pub fn links_mut(&mut self) -> &mut [SimulatedLink] {
+        &mut self.links
+    }
+
+    /// The first tick that some host has not done yet; `None` before all have joined.
+    #[must_use]
+    pub fn next_tick(&self) -> Option<u64> {
+        self.hosts.iter().map(|host| (host.next_due != NEVER).then_some(host.next_tick)).min().flatten()
+    }
+
+    /// The true time of the session.
+    #[must_use]
+    pub fn now(&self) -> LocalTime {
+        self.now
+    }
+
+    /// The same session, not recorded: what it does leaves the original alone.
+    #[must_use]
+    pub fn fork(&self) -> Self
+    where
+        D: Clone,
+    {
+        let fork = |host: &VirtualHost<D>| VirtualHost {
+            station: host.station.fork(),
+            endpoint: host.endpoint.clone(),
+            next_tick: host.next_tick,
+            next_due: host.next_due,
+        };
+        Self {
+            control: self.control,
+            hosts: self.hosts.iter().map(fork).collect(),
+            links: self.links.clone(),
+            now: self.now,
+            next_network: self.next_network,
+        }
+    }
+
+    /// Runs until every host has done all ticks before `tick`; `observe` sees every tick. Gives up, and says so by
+    /// `false`, when the hosts have not joined within ten virtual seconds.
+    pub fn run_to_tick(&mut self, tick: u64, mut observe: impl FnMut(HostIndex, &TickRecord)) -> bool {
+        loop {
+            match self.next_tick() {
+                Some(next) if next >= tick => return true,
+                None if self.now.0 > 10_000_000_000 => return false,
+                _ => self.run_next_instant(&mut observe),
+            }
+        }
+    }
+
+    /// Does everything that happens at the next instant at which anything happens.
+    pub fn run_next_instant(&mut self, observe: &mut impl FnMut(HostIndex, &TickRecord)) {
+        let next_due = self.hosts.iter().map(|host| host.next_due).min().unwrap_or(NEVER);
+        self.now = LocalTime(next_due.min(self.next_network).max(self.now.0));
+        if self.next_network <= self.now.0 {
+            self.run_network();
+        }
+        if next_due <= self.now.0 {
+            self.run_ticks(observe);
+        }
+    }
+
+    fn run_ticks(&mut self, observe: &mut impl FnMut(HostIndex, &TickRecord)) {
+        let due = self.now.0;
+        let mut sent = false;
+        for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
+            if let Some(packet) = host.station.begin(host.next_tick) {
+                // A packet for a peer that is not there is not sent.
+                sent |= host.endpoint.send_state_to_all(self.now, &packet).is_ok();
+            }
+        }
+        if sent {
+            self.run_network();
+        }
+        let mut answered = false;
+        for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
+            for (client, packet) in host.station.respond() {
+                answered |= host.endpoint.send_state(self.now, &packet, client).is_ok();
+            }
+        }
+        if answered {
+            self.run_network();
+        }
+        for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
+            let record = host.station.finish(Punctuality::default);
+            observe(host.station.model.host, &record);
+            host.next_tick += 1;
+            host.schedule(self.control);
+        }
+    }
+
+    /// Transmits and delivers until nothing more happens at this instant.
+    fn run_network(&mut self) {
+        loop {
+            let transmitted = self.transmit();
+            let delivered = self.deliver();
+            if !transmitted && !delivered {
+                break;
+            }
+        }
+        let timeouts = self.hosts.iter().filter_map(|host| host.endpoint.poll_timeout()).map(|time| time.0);
+        let arrivals = self.links.iter().filter_map(SimulatedLink::next_delivery);
+        self.next_network = timeouts.chain(arrivals).min().unwrap_or(NEVER);
+    }
+
+    fn transmit(&mut self) -> bool {
+        let users = self.hosts.len();
+        let mut any = false;
+        for (from, host) in self.hosts.iter_mut().enumerate() {
+            if host.endpoint.poll_timeout().is_some_and(|due| due <= self.now) {
+                host.endpoint.handle_timeout(self.now);
+                any = true;
+            }
+            while let Some(transmit) = host.endpoint.poll_transmit(self.now) {
+                any = true;
+                if let Some(to) = host_at(transmit.to).filter(|to| to.index() < users) {
+                    self.links[from * users + to.index()].send(self.now.0, &transmit.bytes);
+                }
+            }
+            host.take_events(self.control);
+        }
+        any
+    }
+
+    fn deliver(&mut self) -> bool {
+        let users = self.hosts.len();
+        let mut any = false;
+        for (index, link) in self.links.iter_mut().enumerate() {
+            let (from, to) = (index / users, index % users);
+            while let Some((arrival, bytes)) = link.poll_delivery(self.now.0) {
+                any = true;
+                let host = &mut self.hosts[to];
+                host.endpoint.handle_datagram(LocalTime(arrival), address(HostIndex(from as u8)), bytes);
+                host.take_events(self.control);
+            }
+        }
+        any
+    }
+}
+
+impl<D: Device> VirtualHost<D> {
+    fn take_events(&mut self, control: Rate) {
+        while let Some(event) = self.endpoint.poll_event() {
+            match event {
+                Event::State { from, packet, .. } => self.station.receive(from, &packet),
+                Event::PeerJoined { host, .. } | Event::PeerReturned { host, .. } => {
+                    self.station.set_present(host, true);
+                }
+                Event::PeerLeft { host, .. } | Event::PeerLost { host } => {
+                    self.station.set_present(host, false);
+                }
+                Event::Started { at } => {
+                    self.next_tick = control.first_tick_at(at);
+                    self.schedule(control);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    /// The true time of the next tick, by this host's idea of the session's clock.
+    fn schedule(&mut self, control: Rate) {
+        self.next_due = self.endpoint.clock().map_or(NEVER, |clock| clock.local(control.instant(self.next_tick)).0);
+    }
+}
+
+fn address(host: HostIndex) -> SocketAddr {
+    SocketAddr::from((Ipv4Addr::LOCALHOST, FIRST_PORT + u16::from(host.0)))
+}
+
+fn host_at(address: SocketAddr) -> Option<HostIndex> {
+    address.port().checked_sub(FIRST_PORT).and_then(|index| u8::try_from(index).ok()).map(HostIndex)
+}
+
+const FIRST_PORT: u16 = 10_000;
