@@ -1,1 +1,24 @@
-fn main() {}
+//! The command line of cotouch: cooperative haptics whose stability is proven before anyone touches it.
+
+mod arguments;
+mod commands;
+mod failure;
+mod figure;
+mod output;
+mod progress;
+mod session;
+mod trace;
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    let invocation = match arguments::parse() {
+        Ok(invocation) => invocation,
+        Err(code) => return code,
+    };
+    commands::log_to_stderr();
+    match commands::execute(&invocation) {
+        Ok(verdict) => verdict.into(),
+        Err(failure) => failure.report(),
+    }
+}

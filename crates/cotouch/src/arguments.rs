@@ -1,0 +1,205 @@
+//! The command line: flags as clap reads them, lifted once to what commands take.
+
+mod raw;
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use cotouch_scene::Override;
+use cotouch_scene::time::Rate;
+
+use crate::failure::Failure;
+use crate::output::Output;
+
+/// The scene of `cotouch` alone.
+pub(crate) const DEFAULT_SCENE: &str = "single-axis";
+/// How long a run takes when nothing is said, s.
+pub(crate) const DEFAULT_DURATION_S: f64 = 10.0;
+/// Where the page is when nothing is said.
+pub(crate) const DEFAULT_VIEWER: &str = "127.0.0.1:7700";
+
+/// What was asked for.
+#[derive(Debug)]
+pub(crate) struct Invocation {
+    /// The work.
+    pub(crate) command: Command,
+    /// `--set`, in order.
+    pub(crate) overrides: Vec<Override>,
+    /// `--json`, `--out`.
+    pub(crate) output: Output,
+}
+
+/// The work that was asked for.
+#[derive(Debug)]
+pub(crate) enum Command {
+    /// All hosts in this process.
+    Run(Run),
+    /// The first host, open to others.
+    Serve {
+        /// What it is about.
+        scene: String,
+        /// Where to listen.
+        listen: SocketAddr,
+        /// How it runs.
+        host: Host,
+    },
+    /// Another host.
+    Join {
+        /// Where the first host listens.
+        server: String,
+        /// Whom to be; anyone who is free when nothing is said.
+        user: Option<String>,
+        /// How it runs.
+        host: Host,
+    },
+    /// Send probes back.
+    ProbeServe {
+        /// Where to listen.
+        listen: SocketAddr,
+    },
+    /// Measure a link.
+    Probe(Probe),
+    /// Re-simulate a recording.
+    Replay {
+        /// The recording.
+        file: PathBuf,
+        /// The folder that gets one CSV file a host.
+        csv: Option<PathBuf>,
+    },
+    /// The verdict of the analysis on a scene.
+    Stability {
+        /// The scene.
+        scene: String,
+    },
+    /// Names of the built-in scenes.
+    SceneList,
+    /// A scene with every key.
+    SceneShow {
+        /// The scene.
+        scene: String,
+    },
+    /// Whether a scene is valid.
+    SceneCheck {
+        /// The scene.
+        scene: String,
+    },
+    /// The JSON Schema of scenes.
+    SceneSchema,
+}
+
+/// How to run a session in this process.
+#[derive(Debug)]
+pub(crate) struct Run {
+    /// The scene.
+    pub(crate) scene: String,
+    /// Simulated time instead of real time.
+    pub(crate) in_virtual_time: bool,
+    /// Where the first host also listens for others.
+    pub(crate) serve: Option<SocketAddr>,
+    /// How the hosts run; its duration is always given.
+    pub(crate) host: Host,
+}
+
+/// How one host, or all hosts of one process, run.
+#[derive(Debug)]
+pub(crate) struct Host {
+    /// s; until Ctrl-C when nothing is said.
+    pub(crate) duration_s: Option<f64>,
+    /// What to write.
+    pub(crate) recording: Recording,
+    /// Where the page is to be.
+    pub(crate) viewer: Option<SocketAddr>,
+    /// Impairments of a real link, or overrides of the simulated one.
+    pub(crate) impair: Vec<Override>,
+}
+
+/// What to record.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Recording {
+    /// Nothing.
+    Off,
+    /// Under `recordings/`, named by scene and time.
+    Named,
+    /// To this file.
+    To(PathBuf),
+}
+
+/// How to measure a link.
+#[derive(Debug)]
+pub(crate) struct Probe {
+    /// Where `cotouch probe serve` listens.
+    pub(crate) server: String,
+    /// Packets a second.
+    pub(crate) rate: Rate,
+    /// s; of each rate of a sweep.
+    pub(crate) duration_s: f64,
+    /// Whether to look for the largest rate too.
+    pub(crate) sweep: bool,
+}
+
+/// Reads the command line; help, version and bad usage are printed here and give an exit status.
+pub(crate) fn parse() -> Result<Invocation, ExitCode> {
+    let flags = raw::Flags::try_parse().map_err(|error| {
+        let _ = error.print();
+        ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
+    })?;
+    flags.lift().map_err(|reason| Failure::usage(reason).report())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(words: &str) -> Result<Invocation, String> {
+        let words = std::iter::once("cotouch").chain(words.split_whitespace());
+        raw::Flags::try_parse_from(words).map_err(|error| error.to_string())?.lift()
+    }
+
+    #[test]
+    fn nothing_is_a_run_of_the_default_scene() {
+        let Command::Run(run) = read("").unwrap().command else { panic!("not a run") };
+        assert_eq!((run.scene.as_str(), run.host.duration_s), (DEFAULT_SCENE, Some(DEFAULT_DURATION_S)));
+        assert_eq!(run.host.recording, Recording::Named);
+        assert_eq!(run.host.viewer, Some(DEFAULT_VIEWER.parse().unwrap()));
+    }
+
+    #[test]
+    fn flags_of_run_need_no_run() {
+        for words in ["--virtual --duration 3 --no-record", "run --virtual --duration 3 --no-record"] {
+            let Command::Run(run) = read(words).unwrap().command else { panic!("{words} is not a run") };
+            assert!(run.in_virtual_time && run.host.viewer.is_none(), "{words}");
+            assert_eq!((run.host.duration_s, run.host.recording), (Some(3.0), Recording::Off));
+        }
+        assert!(read("--virtual probe 127.0.0.1:1").unwrap_err().contains("after `run`"));
+    }
+
+    #[test]
+    fn common_flags_stand_anywhere() {
+        for words in ["--set hand.mass_kg=0.2 --json scene show single-axis", "scene show --json single-axis --set hand.mass_kg=0.2"]
+        {
+            let invocation = read(words).unwrap();
+            assert_eq!((invocation.overrides.len(), invocation.output.json), (1, true), "{words}");
+        }
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused() {
+        for words in [
+            "run --duration 0",
+            "run --duration nan",
+            "run --set mass",
+            "run --record a.mcap --no-record",
+            "run --virtual --serve 127.0.0.1:1",
+            "run --serve nowhere",
+            "probe",
+            "probe 127.0.0.1:1 --rate 0",
+            "probe serve",
+            "analyze stability --sweep hand.mass_kg=0..1:3",
+            "export x",
+        ] {
+            assert!(read(words).is_err(), "{words}");
+        }
+    }
+}

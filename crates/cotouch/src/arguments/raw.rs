@@ -1,0 +1,340 @@
+//! Flags as clap reads them, and their help.
+
+use std::net::SocketAddr;
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use cotouch_scene::Override;
+use cotouch_scene::time::Rate;
+
+use super::{Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, Probe, Recording, Run};
+use crate::output::Output;
+
+const LONGEST_DURATION_S: f64 = 7.0 * 86_400.0;
+
+/// Cooperative haptics whose stability is proven before anyone touches it.
+///
+/// Several people, each with a force-feedback device on a computer of their own, move the same virtual object. cotouch
+/// says beforehand whether a scene's loops are stable, runs the session, and says afterwards what happened.
+#[derive(Debug, Parser)]
+#[command(name = "cotouch", version, max_term_width = 100, after_help = EXAMPLES, subcommand_negates_reqs = true)]
+pub(super) struct Flags {
+    #[command(subcommand)]
+    command: Option<Subcommands>,
+    #[command(flatten)]
+    run: RunFlags,
+    #[command(flatten)]
+    common: Common,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  cotouch                                            run `single-axis` for 10 s, watch it on http://127.0.0.1:7700
+  cotouch run single-axis --virtual                  the same in simulated time: deterministic, and done in no time
+  cotouch analyze stability single-axis              only say whether it is stable
+  cotouch run --set coupling.remote_hand_object.stiffness_n_per_m=4000
+                                                     a loop that the analysis calls unstable
+  cotouch scene show single-axis > mine.toml         a scene to change; then: cotouch run mine.toml
+
+Exit status: 0 done; 1 a negative verdict, or a failure while running; 2 bad usage or an invalid scene.
+Units are SI and stand in the names of keys: stiffness_n_per_m is in N/m.";
+
+#[derive(Args, Debug)]
+struct Common {
+    /// Give a scene key another value; may be repeated. `cotouch scene show` lists the keys
+    #[arg(long = "set", value_name = "KEY=VALUE", global = true, help_heading = "Common options")]
+    overrides: Vec<Override>,
+    /// Answer with one JSON document on stdout; everything else goes to stderr
+    #[arg(long, global = true, help_heading = "Common options")]
+    json: bool,
+    /// Write the answer to this file too (`probe`: the link file)
+    #[arg(long, value_name = "PATH", global = true, help_heading = "Common options")]
+    out: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum Subcommands {
+    /// Run a session: all hosts in this process, joined over UDP on loopback (default)
+    #[command(after_help = "\
+Before the session, cotouch says what the analysis predicts; after it, what happened. The exit status is 1 when the \
+session was unstable: a force limit acted for more than 20 ms on end, or the couplers' energy above 8 Hz kept growing.
+
+Examples:
+  cotouch run single-axis-centralized --duration 30
+  cotouch run --virtual --set link.delay_periods=3 --json
+  cotouch run --impair loss_rate=0.02 --impair latency_s=0.004")]
+    Run {
+        /// A built-in scene (`cotouch scene list`) or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+        #[command(flatten)]
+        flags: RunFlags,
+    },
+    /// Run the first host of a session that others join from other processes or machines
+    #[command(after_help = "\
+Packets are neither encrypted nor authenticated yet: listen beyond loopback only where you trust the network.
+
+Example, in two terminals:
+  cotouch serve single-axis --listen 127.0.0.1:7800
+  cotouch join 127.0.0.1:7800 --duration 20")]
+    Serve {
+        /// A built-in scene or a TOML file; hosts that join get it from here
+        scene: String,
+        /// Where to listen, an IP address and a UDP port
+        #[arg(long, value_name = "ADDR")]
+        listen: SocketAddr,
+        #[command(flatten)]
+        host: HostFlags,
+    },
+    /// Join a session that `cotouch serve` runs
+    #[command(after_help = "Example:\n  cotouch join 127.0.0.1:7800 --user ben --duration 20")]
+    Join {
+        /// Where the session is, HOST:PORT
+        #[arg(value_name = "ADDR")]
+        server: String,
+        /// Whom to be, a user name of the scene [default: anyone who is free]
+        #[arg(long, value_name = "NAME")]
+        user: Option<String>,
+        /// The device in the user's hand; `hand` is the simulated hand of the scene
+        #[arg(long, value_name = "SPEC", default_value = "hand", value_parser = ["hand"])]
+        device: String,
+        #[command(flatten)]
+        host: HostFlags,
+    },
+    /// Measure a link: round trip, jitter, loss, and the packet rate that it carries
+    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = "\
+With --out, the measured impairment is written as a link file that a scene can include:
+
+  there:  cotouch probe serve --listen 192.168.1.5:7801
+  here:   cotouch probe 192.168.1.5:7801 --rate 128 --duration 30 --out lab.link.toml
+  then:   cotouch run --virtual --set link.include=lab.link.toml
+
+Jitter is the standard deviation of the round trip. The link file takes both ways as alike.")]
+    Probe {
+        #[command(subcommand)]
+        serve: Option<ProbeServe>,
+        #[command(flatten)]
+        flags: Option<ProbeFlags>,
+    },
+    /// Re-simulate a recording and compare the states byte for byte
+    #[command(after_help = "\
+Exit status 1 when the re-simulated states differ from the recorded ones.
+
+Example:
+  cotouch replay recordings/single-axis-20261122T101500Z.mcap --csv out/")]
+    Replay {
+        /// A recording that a run wrote
+        #[arg(value_name = "FILE.mcap")]
+        file: PathBuf,
+        /// Write the ticks of every host to this folder too, one CSV file a host
+        #[arg(long, value_name = "DIR")]
+        csv: Option<PathBuf>,
+    },
+    /// Say what a scene will do without running it
+    Analyze {
+        #[command(subcommand)]
+        what: Analyze,
+    },
+    /// List, show and check scenes
+    Scene {
+        #[command(subcommand)]
+        what: SceneCommand,
+    },
+}
+
+#[derive(Args, Debug, Default, PartialEq)]
+struct RunFlags {
+    /// No page
+    #[arg(long)]
+    headless: bool,
+    /// Simulated time: one thread, simulated links, the same bytes every time; no page
+    #[arg(long = "virtual", conflicts_with = "serve")]
+    in_virtual_time: bool,
+    /// Let others join at this address too, as with `cotouch serve`
+    #[arg(long, value_name = "ADDR")]
+    serve: Option<SocketAddr>,
+    /// How long, s of session time [default: 10]; Ctrl-C ends it earlier
+    #[arg(long, value_name = "S", value_parser = duration)]
+    duration: Option<f64>,
+    #[command(flatten)]
+    shared: SharedFlags,
+}
+
+#[derive(Args, Debug)]
+struct HostFlags {
+    /// No page
+    #[arg(long)]
+    headless: bool,
+    /// How long, s of session time [default: until Ctrl-C or the end of the session]
+    #[arg(long, value_name = "S", value_parser = duration)]
+    duration: Option<f64>,
+    #[command(flatten)]
+    shared: SharedFlags,
+}
+
+#[derive(Args, Debug, Default, PartialEq)]
+struct SharedFlags {
+    /// Where the recording goes; its picture stands beside it as .svg
+    /// [default: recordings/SCENE-TIME.mcap, TIME in UTC]
+    #[arg(long, value_name = "FILE.mcap", conflicts_with = "no_record")]
+    record: Option<PathBuf>,
+    /// No recording and no picture
+    #[arg(long)]
+    no_record: bool,
+    /// Where the page is served [default: 127.0.0.1:7700]
+    #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
+    viewer: Option<SocketAddr>,
+    /// Impair the link: latency_s, jitter_s, loss_rate, loss_burst_packets, reorder_rate, duplicate_rate or
+    /// rate_limit_bytes_per_s, one way; seeded by session.seed; may be repeated
+    #[arg(long, value_name = "KEY=VALUE", value_parser = impairment)]
+    impair: Vec<Impair>,
+}
+
+#[derive(Args, Debug)]
+struct ProbeFlags {
+    /// Where `cotouch probe serve` listens, HOST:PORT
+    #[arg(value_name = "ADDR")]
+    server: String,
+    /// Packets a second, Hz
+    #[arg(long, value_name = "HZ", default_value = "128")]
+    rate: Rate,
+    /// How long, s; with --sweep, for each rate
+    #[arg(long, value_name = "S", default_value = "10", value_parser = duration)]
+    duration: f64,
+    /// Also look for the largest rate with less than 0.1 % lost, from --rate upwards
+    #[arg(long)]
+    sweep: bool,
+}
+
+#[derive(Debug, Subcommand)]
+enum ProbeServe {
+    /// Send probes back, until Ctrl-C
+    Serve {
+        /// Where to listen, an IP address and a UDP port
+        #[arg(long, value_name = "ADDR")]
+        listen: SocketAddr,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum Analyze {
+    /// Whether every contact mode of a scene is stable, and by how much
+    #[command(after_help = "\
+The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
+the loop is stable. The exit status is 0 whatever the verdict.
+
+Example:
+  cotouch analyze stability --set coupling.remote_hand_object.stiffness_n_per_m=4000")]
+    Stability {
+        /// A built-in scene or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum SceneCommand {
+    /// Names of the built-in scenes, a sentence about each
+    List,
+    /// A scene as TOML, ready to be changed; with --set or --json, every key with its value
+    Show {
+        /// A built-in scene or a TOML file
+        #[arg(value_name = "NAME")]
+        scene: String,
+    },
+    /// Say everything that is wrong with a scene; exit status 2 when something is
+    Check {
+        /// A built-in scene or a TOML file
+        #[arg(value_name = "FILE")]
+        scene: String,
+    },
+    /// The JSON Schema of scene files, for editors
+    Schema,
+}
+
+/// `--impair KEY=VALUE` as an override of the scene's link.
+#[derive(Clone, Debug)]
+struct Impair {
+    written: String,
+    set: Override,
+}
+
+impl PartialEq for Impair {
+    fn eq(&self, other: &Self) -> bool {
+        self.written == other.written
+    }
+}
+
+fn impairment(text: &str) -> Result<Impair, String> {
+    let set = format!("link.impairment.{text}").parse().map_err(|_| format!("{text:?} is not KEY=VALUE, such as loss_rate=0.01"))?;
+    Ok(Impair { written: text.to_owned(), set })
+}
+
+fn duration(text: &str) -> Result<f64, String> {
+    let seconds: f64 = text.parse().map_err(|_| "a number of seconds is needed".to_owned())?;
+    if seconds > 0.0 && seconds <= LONGEST_DURATION_S {
+        Ok(seconds)
+    } else {
+        Err(format!("it must be above 0 and at most {LONGEST_DURATION_S} s (a week)"))
+    }
+}
+
+impl Flags {
+    /// What commands take.
+    pub(super) fn lift(self) -> Result<Invocation, String> {
+        if self.command.is_some() && self.run != RunFlags::default() {
+            return Err("flags of `run` must stand after `run`; before a command only --set, --json and --out may stand".into());
+        }
+        let command = match self.command {
+            None => self.run.lift(DEFAULT_SCENE.to_owned()),
+            Some(Subcommands::Run { scene, flags }) => flags.lift(scene),
+            Some(Subcommands::Serve { scene, listen, host }) => Command::Serve { scene, listen, host: host.lift() },
+            Some(Subcommands::Join { server, user, device: _, host }) => Command::Join { server, user, host: host.lift() },
+            Some(Subcommands::Probe { serve: Some(ProbeServe::Serve { listen }), .. }) => Command::ProbeServe { listen },
+            Some(Subcommands::Probe { serve: None, flags }) => lift_probe(flags)?,
+            Some(Subcommands::Replay { file, csv }) => Command::Replay { file, csv },
+            Some(Subcommands::Analyze { what: Analyze::Stability { scene } }) => Command::Stability { scene },
+            Some(Subcommands::Scene { what: SceneCommand::List }) => Command::SceneList,
+            Some(Subcommands::Scene { what: SceneCommand::Show { scene } }) => Command::SceneShow { scene },
+            Some(Subcommands::Scene { what: SceneCommand::Check { scene } }) => Command::SceneCheck { scene },
+            Some(Subcommands::Scene { what: SceneCommand::Schema }) => Command::SceneSchema,
+        };
+        let output = Output { json: self.common.json, file: self.common.out };
+        Ok(Invocation { command, overrides: self.common.overrides, output })
+    }
+}
+
+fn lift_probe(flags: Option<ProbeFlags>) -> Result<Command, String> {
+    let flags = flags.ok_or("`cotouch probe` needs the ADDR where `cotouch probe serve` listens")?;
+    let ProbeFlags { server, rate, duration: duration_s, sweep } = flags;
+    Ok(Command::Probe(Probe { server, rate, duration_s, sweep }))
+}
+
+impl RunFlags {
+    fn lift(self, scene: String) -> Command {
+        let no_page = self.headless || self.in_virtual_time;
+        let duration_s = self.duration.or(Some(DEFAULT_DURATION_S));
+        let host = self.shared.lift(no_page, duration_s);
+        Command::Run(Run { scene, in_virtual_time: self.in_virtual_time, serve: self.serve, host })
+    }
+}
+
+impl HostFlags {
+    fn lift(self) -> Host {
+        self.shared.lift(self.headless, self.duration)
+    }
+}
+
+impl SharedFlags {
+    fn lift(self, no_page: bool, duration_s: Option<f64>) -> Host {
+        let recording = match self.record {
+            Some(file) => Recording::To(file),
+            None if self.no_record => Recording::Off,
+            None => Recording::Named,
+        };
+        let usual = || DEFAULT_VIEWER.parse().expect("an address and a port");
+        let viewer = (!no_page).then(|| self.viewer.unwrap_or_else(usual));
+        let impair = self.impair.into_iter().map(|impair| impair.set).collect();
+        Host { duration_s, recording, viewer, impair }
+    }
+}

@@ -1,0 +1,64 @@
+//! How a command ends: exit status 0, 1 or 2.
+
+use std::fmt::Display;
+use std::process::ExitCode;
+
+/// What a command that did its work says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Verdict {
+    /// Exit status 0.
+    Good,
+    /// Exit status 1: the work is done, and the answer is no.
+    Bad,
+}
+
+impl From<Verdict> for ExitCode {
+    fn from(verdict: Verdict) -> Self {
+        match verdict {
+            Verdict::Good => Self::SUCCESS,
+            Verdict::Bad => Self::from(1),
+        }
+    }
+}
+
+/// Why a command could not do its work.
+#[derive(Debug)]
+pub(crate) enum Failure {
+    /// Exit status 2: bad usage, or an unreadable or invalid scene.
+    Usage(String),
+    /// Exit status 1: something failed on the way.
+    Running(anyhow::Error),
+}
+
+impl Failure {
+    /// What the user asked for cannot be.
+    pub(crate) fn usage(reason: impl Display) -> Self {
+        Self::Usage(reason.to_string())
+    }
+
+    /// Says why on stderr, one problem a line.
+    pub(crate) fn report(&self) -> ExitCode {
+        match self {
+            Self::Usage(reason) => {
+                reason.lines().for_each(|line| eprintln!("error: {line}"));
+                ExitCode::from(2)
+            }
+            Self::Running(error) => {
+                eprintln!("error: {error:#}");
+                ExitCode::from(1)
+            }
+        }
+    }
+}
+
+impl From<anyhow::Error> for Failure {
+    fn from(error: anyhow::Error) -> Self {
+        Self::Running(error)
+    }
+}
+
+impl From<cotouch_scene::SceneErrors> for Failure {
+    fn from(errors: cotouch_scene::SceneErrors) -> Self {
+        Self::usage(errors)
+    }
+}

@@ -1,0 +1,199 @@
+//! Pictures, as SVG. The only module that draws.
+
+use std::ops::Range;
+
+use cotouch_scene::scene::Scene;
+use plotters::coord::Shift;
+use plotters::prelude::*;
+
+use crate::trace::{Envelope, HostTrace, Trace};
+
+const WIDTH: u32 = 960;
+const HEADER: u32 = 64;
+const PANEL: u32 = 270;
+const FONT: &str = "sans-serif";
+const INK: RGBColor = RGBColor(29, 31, 33);
+const QUIET: RGBColor = RGBColor(91, 96, 102);
+const GRID: RGBColor = RGBColor(229, 229, 224);
+
+/// One colour a user; told apart by most eyes, dark enough on white.
+const COLOURS: [RGBColor; 8] = [
+    RGBColor(31, 95, 191),
+    RGBColor(194, 65, 12),
+    RGBColor(21, 128, 61),
+    RGBColor(126, 34, 206),
+    RGBColor(14, 116, 144),
+    RGBColor(161, 98, 7),
+    RGBColor(190, 24, 93),
+    RGBColor(71, 85, 105),
+];
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Forces on the hands, and where hands and objects were, over a run: two panels, one above the other.
+pub(crate) fn session_picture(scene: &Scene, trace: &Trace, headline: &str) -> anyhow::Result<String> {
+    let mut svg = String::new();
+    {
+        let root = SVGBackend::with_string(&mut svg, (WIDTH, HEADER + 2 * PANEL)).into_drawing_area();
+        root.fill(&WHITE).map_err(undrawable)?;
+        let (header, panels) = root.split_vertically(HEADER);
+        draw_header(&header, trace, headline)?;
+        let (forces, positions) = panels.split_vertically(PANEL);
+        draw_forces(&forces, trace)?;
+        draw_positions(&positions, scene, trace)?;
+        root.present().map_err(undrawable)?;
+    }
+    Ok(svg)
+}
+
+fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str) -> anyhow::Result<()> {
+    area.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
+    let mut x = 16;
+    for (index, host) in trace.hosts.iter().enumerate() {
+        let key = PathElement::new([(x, 46), (x + 22, 46)], colour(index).stroke_width(3));
+        area.draw(&key).map_err(undrawable)?;
+        area.draw_text(&host.user, &text(13, INK), (x + 28, 39)).map_err(undrawable)?;
+        x += 28 + 8 * host.user.chars().count() as i32 + 24;
+    }
+    let styles = "solid: hand, dashed: object";
+    area.draw_text(styles, &text(13, QUIET), (WIDTH as i32 - 190, 39)).map_err(undrawable)
+}
+
+fn draw_forces(area: &Area<'_>, trace: &Trace) -> anyhow::Result<()> {
+    let curves = |host: &'_ HostTrace| vec![Curve { points: host.force_n.points().collect(), dashed: false }];
+    let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
+    draw_panel(area, &hosts, None, "force on the hand, N", "")
+}
+
+fn draw_positions(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
+    let largest = trace.hosts.iter().flat_map(|host| host.hand_m.points().chain(host.object_m.points()));
+    let largest = largest.map(|(_, metres)| metres.abs()).fold(0.0, f64::max);
+    let (unit, label) = if largest < 0.5 { (1e3, "position, mm") } else { (1.0, "position, m") };
+    let scaled = |curve: &Envelope, dashed| Curve {
+        points: curve.points().map(|(time_s, metres)| (time_s, unit * metres)).collect(),
+        dashed,
+    };
+    let curves = |host: &HostTrace| vec![scaled(&host.hand_m, false), scaled(&host.object_m, true)];
+    let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
+    let wall = scene.wall.exists().then_some(unit * scene.wall.position_m);
+    draw_panel(area, &hosts, wall, label, "time, s")
+}
+
+/// One line of a panel.
+struct Curve {
+    points: Vec<(f64, f64)>,
+    dashed: bool,
+}
+
+/// The curves of every host in its colour, and the wall where there is one.
+fn draw_panel(
+    area: &Area<'_>,
+    hosts: &[Vec<Curve>],
+    wall: Option<f64>,
+    y_label: &str,
+    x_label: &str,
+) -> anyhow::Result<()> {
+    let points = || hosts.iter().flatten().flat_map(|curve| curve.points.iter().copied());
+    let end_s = points().map(|point| point.0).fold(1e-3, f64::max);
+    let values = range(points().map(|point| point.1).chain(wall));
+    let mut chart = ChartBuilder::on(area)
+        .margin_right(24)
+        .margin_top(8)
+        .margin_left(8)
+        .x_label_area_size(42)
+        .y_label_area_size(64)
+        .build_cartesian_2d(0.0..end_s, values)
+        .map_err(undrawable)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID)
+        .axis_style(QUIET)
+        .label_style(text(12, INK))
+        .axis_desc_style(text(13, INK))
+        .x_desc(x_label)
+        .y_desc(y_label)
+        .x_labels(11)
+        .y_labels(7)
+        .draw()
+        .map_err(undrawable)?;
+    if let Some(wall) = wall {
+        let line = LineSeries::new([(0.0, wall), (end_s, wall)], INK.stroke_width(2));
+        chart.draw_series(line).map_err(undrawable)?;
+    }
+    for (index, curves) in hosts.iter().enumerate() {
+        for curve in curves {
+            let style = colour(index).stroke_width(if curve.dashed { 2 } else { 1 });
+            let points = curve.points.iter().copied();
+            if curve.dashed {
+                chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
+            } else {
+                chart.draw_series(LineSeries::new(points, style)).map_err(undrawable)?;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A range that holds every value with some air, and is never empty.
+fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
+    let (least, largest) = values
+        .filter(|value| value.is_finite())
+        .fold((0.0_f64, 0.0_f64), |(least, largest), value| (least.min(value), largest.max(value)));
+    let air = (0.06 * (largest - least)).max(1e-6);
+    least - air..largest + air
+}
+
+fn colour(index: usize) -> RGBColor {
+    COLOURS[index % COLOURS.len()]
+}
+
+fn text(size: u32, colour: RGBColor) -> TextStyle<'static> {
+    (FONT, size).into_font().color(&colour)
+}
+
+fn undrawable(error: impl std::fmt::Display) -> anyhow::Error {
+    anyhow::anyhow!("the picture cannot be drawn: {error}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn synthetic() -> (Scene, Trace) {
+        let set = |text: &str| text.parse().expect("an override");
+        let overrides = [set("wall.stiffness_n_per_m=3000"), set("wall.position_m=0.06")];
+        let scene = cotouch_scene::load("single-axis", &overrides).expect("a built-in scene");
+        let mut trace = Trace::new(&scene);
+        for (index, host) in trace.hosts.iter_mut().enumerate() {
+            for tick in 0..10_240_u32 {
+                let t = f64::from(tick) / 1024.0;
+                let swing = (3.1 * t + index as f64).sin();
+                let buzz = if t > 6.0 { 0.4 * (200.0 * t).sin() } else { 0.0 };
+                host.force_n.push(t, 2.0 * swing + buzz);
+                host.hand_m.push(t, 0.05 * swing);
+                host.object_m.push(t, 0.047 * (3.1 * t + index as f64 - 0.1).sin());
+            }
+        }
+        (scene, trace)
+    }
+
+    #[test]
+    fn a_picture_names_its_users_axes_and_units_and_stays_small() {
+        let (scene, trace) = synthetic();
+        let svg = session_picture(&scene, &trace, "single-axis: stable, as predicted").unwrap();
+        for words in ["force on the hand, N", "position, mm", "time, s", "anna", "ben", "stable, as predicted"] {
+            assert!(svg.contains(words), "{words}");
+        }
+        assert!(svg.len() < 400_000, "{} bytes", svg.len());
+        if let Ok(path) = std::env::var("COTOUCH_TEST_PICTURE") {
+            std::fs::write(path, svg).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_run_that_never_began_has_a_picture_too() {
+        let (scene, _) = synthetic();
+        assert!(session_picture(&scene, &Trace::new(&scene), "nothing").unwrap().ends_with("</svg>\n"));
+    }
+}

@@ -1,0 +1,77 @@
+//! Where a command's answer goes: stdout, as text or as one JSON document, and a file as well when `--out` names one.
+
+use std::fmt::Display;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+
+use anyhow::Context as _;
+use serde::Serialize;
+
+/// How a command answers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Output {
+    /// One JSON document instead of text; everything else goes to stderr.
+    pub(crate) json: bool,
+    /// A file that gets the answer too.
+    pub(crate) file: Option<PathBuf>,
+}
+
+impl Output {
+    /// Gives the command's answer.
+    pub(crate) fn answer<T: Serialize + Display>(&self, answer: &T) -> anyhow::Result<()> {
+        self.answer_as(answer, &answer.to_string())
+    }
+
+    /// Gives the command's answer, `text` being what people read.
+    pub(crate) fn answer_as(&self, answer: &impl Serialize, text: &str) -> anyhow::Result<()> {
+        let shown = self.shown(answer, text)?;
+        if let Some(file) = &self.file {
+            write_file(file, &shown)?;
+        }
+        print(&shown)
+    }
+
+    /// Gives the command's answer on stdout and `file_text` to the file.
+    pub(crate) fn answer_and_file(&self, answer: &impl Serialize, text: &str, file_text: &str) -> anyhow::Result<()> {
+        if let Some(file) = &self.file {
+            write_file(file, file_text)?;
+        }
+        print(&self.shown(answer, text)?)
+    }
+
+    /// Says something on the way: on stdout, or on stderr where stdout is for JSON.
+    pub(crate) fn say(&self, sentence: impl Display) {
+        if self.json {
+            eprintln!("{sentence}");
+        } else {
+            // A reader that went away is noticed when the answer is given.
+            let _ = writeln!(std::io::stdout(), "{sentence}");
+        }
+    }
+
+    fn shown(&self, answer: &impl Serialize, text: &str) -> anyhow::Result<String> {
+        let shown = if self.json { serde_json::to_string_pretty(answer)? } else { text.to_owned() };
+        Ok(format!("{}\n", shown.trim_end_matches('\n')))
+    }
+}
+
+/// Writes a file, with the folders that it is to be in.
+pub(crate) fn write_file(file: &Path, text: &str) -> anyhow::Result<()> {
+    make_folder_of(file)?;
+    fs::write(file, text).with_context(|| format!("{} cannot be written", file.display()))
+}
+
+/// Makes the folders that `file` is to be in.
+pub(crate) fn make_folder_of(file: &Path) -> anyhow::Result<()> {
+    let Some(folder) = file.parent().filter(|folder| !folder.as_os_str().is_empty()) else { return Ok(()) };
+    fs::create_dir_all(folder).with_context(|| format!("the folder {} cannot be made", folder.display()))
+}
+
+fn print(text: &str) -> anyhow::Result<()> {
+    match std::io::stdout().write_all(text.as_bytes()) {
+        // `cotouch … | head` is not a failure.
+        Err(error) if error.kind() == std::io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("the answer cannot be printed"),
+    }
+}
