@@ -29,6 +29,24 @@ pub trait Device: Send {
     fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError>;
 }
 
+impl<D: Device + ?Sized> Device for Box<D> {
+    fn name(&self) -> &str {
+        (**self).name()
+    }
+
+    fn limits(&self) -> DeviceLimits {
+        (**self).limits()
+    }
+
+    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+        (**self).read(tick)
+    }
+
+    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
+        (**self).write(wrench)
+    }
+}
+
 /// The largest wrench that a device can render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceLimits {
