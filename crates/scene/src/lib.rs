@@ -54,4 +54,4 @@ pub use overrides::Override;
 pub use scene::Scene;
 pub use schema::json_schema;
 pub use source::{Source, load, parse, parse_bytes};
-pub use write::{scene_hash, to_toml};
+pub use write::{link_file, scene_hash, to_toml};

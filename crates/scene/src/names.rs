@@ -170,8 +170,12 @@ mod tests {
 
     #[test]
     fn names_round_trip() {
-        for name in ["host1.object.x", "host16.hand.v", "host1.held.host2.hand.v.age2", "host2.held.host1.force.f.age1"]
-        {
+        for name in [
+            "host1.object.x",
+            "host16.hand.v",
+            "host1.held.host2.hand.v.age2",
+            "host2.held.host1.force.f.age1",
+        ] {
             assert_eq!(name.parse::<Coordinate>().unwrap().to_string(), name);
         }
         for name in ["", "host0.hand.x", "host1.held.host2.hand.v.age0", "host1.foot.x"] {

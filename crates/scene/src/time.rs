@@ -48,7 +48,9 @@ pub struct Rate {
 
 /// Why a text or a pair of numbers is not a [`Rate`].
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("a rate is a positive number such as 1024 or 7.8125, or a fraction such as \"1024/10\", with at most 12 digits a side; found {found:?}")]
+#[error(
+    "a rate is a positive number such as 1024 or 7.8125, or a fraction such as \"1024/10\", with at most 12 digits a side; found {found:?}"
+)]
 pub struct RateError {
     /// The text that was found.
     pub found: String,
@@ -195,7 +197,9 @@ pub struct Schedule {
 
 /// The network rate exceeds the control rate, or the two share too long a pattern.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("the network rate must not exceed the control rate and their pattern must repeat within {LONGEST_PATTERN_TICKS} ticks; found {network} Hz with {control} Hz")]
+#[error(
+    "the network rate must not exceed the control rate and their pattern must repeat within {LONGEST_PATTERN_TICKS} ticks; found {network} Hz with {control} Hz"
+)]
 pub struct ScheduleError {
     control: Rate,
     network: Rate,
