@@ -3,9 +3,9 @@
 use crate::check::fill_up;
 use crate::consistency;
 use crate::error::{Place, Problem, SceneError, SceneErrors};
+use crate::keys::Key;
 use crate::keys::parts::IMPAIRMENT;
 use crate::keys::scene::{LINK_IMPAIRMENT, SCENE};
-use crate::keys::Key;
 use crate::scene::{Impairment, Scene};
 use crate::unknown;
 use crate::value::{Value, plain};

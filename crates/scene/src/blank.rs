@@ -2,8 +2,8 @@
 
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Coordination, Coupling, GovernorLimits, Hand, Impairment, Integrator, Link, Object, PlayOut, Rates,
-    Scene, Session, SpringDamper, User, Wall, WallSides, Way,
+    Architecture, Coordination, Coupling, GovernorLimits, Hand, Impairment, Integrator, Link, Object,
+    PlayOut, Rates, Scene, Session, SpringDamper, User, Wall, WallSides, Way,
 };
 use crate::time::Rate;
 

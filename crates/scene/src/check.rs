@@ -29,7 +29,11 @@ pub(crate) fn fill_up(users: &mut Vec<User>, count: usize) {
     users.truncate(count);
     for index in given..count {
         let fresh = blank::user(index + 1);
-        users.push(if given == 0 { fresh } else { User { name: fresh.name, ..users[index % given].clone() } });
+        users.push(if given == 0 {
+            fresh
+        } else {
+            User { name: fresh.name, ..users[index % given].clone() }
+        });
     }
 }
 
@@ -82,7 +86,10 @@ impl Reader {
         let overridden = matches!(self.places.get(KEY), Some(Place::Override(_)));
         if given > wanted && !overridden {
             let allowed = format!("from the number of [[user]] tables ({given}) to 16");
-            self.report(scope, vec![Conflict { keys: vec![KEY.to_owned()], found: wanted.to_string(), allowed }]);
+            self.report(
+                scope,
+                vec![Conflict { keys: vec![KEY.to_owned()], found: wanted.to_string(), allowed }],
+            );
         }
         fill_up(&mut scene.users, wanted);
     }

@@ -46,7 +46,11 @@ fn of_return_delay(scene: &Scene) -> Option<Conflict> {
     let (back, whole) = (scene.link.return_delay_periods, scene.link.delay_periods);
     (scene.session.architecture == Architecture::Centralized && back > whole).then(|| {
         let keys = ["link.return_delay_periods", "link.delay_periods"];
-        conflict(&keys, back.to_string(), format!("at most link.delay_periods ({whole}), of which it is a part"))
+        conflict(
+            &keys,
+            back.to_string(),
+            format!("at most link.delay_periods ({whole}), of which it is a part"),
+        )
     })
 }
 
@@ -57,7 +61,8 @@ fn of_loss(table: &str, impairment: &Impairment) -> Option<Conflict> {
     (impairment.loss_burst_packets < least).then(|| {
         let (burst, rate) = (format!("{table}.loss_burst_packets"), format!("{table}.loss_rate"));
         let allowed = format!(
-            "at least {least:.4}: with a loss_rate of {} the runs of lost packets are no shorter",
+            "at least {}: with a loss_rate of {} the runs of lost packets are no shorter",
+            plain(least),
             plain(impairment.loss_rate)
         );
         conflict(&[&burst, &rate], plain(impairment.loss_burst_packets), allowed)
@@ -82,8 +87,9 @@ fn of_ways(scene: &Scene, found: &mut Vec<Conflict>) {
             found.push(conflict(&[&to, &from], number(way.to).to_string(), allowed));
         }
         if scene.link.ways[..index].iter().any(|other| (other.from, other.to) == (way.from, way.to)) {
-            let value = format!("{} again, from host {}", number(way.to), number(way.from));
-            found.push(conflict(&[&to, &from], value, "in one [[link.way]] only for each direction"));
+            let value = format!("{}, a second time from host {}", number(way.to), number(way.from));
+            let allowed = "another host, because an earlier [[link.way]] has that direction";
+            found.push(conflict(&[&to, &from], value, allowed));
         }
         found.extend(of_loss(&table, &way.impairment));
     }

@@ -22,7 +22,7 @@
 //! ```
 //!
 //! What a key is (kind, range, default, unit, meaning) is stated once, in `keys/`; from there come reading, `--set`,
-//! [`to_toml`], [`json_schema`] and the [`reference`]. Values that a scene writes stay when its architecture is
+//! [`to_toml`], [`json_schema`] and the [reference](mod@reference). Values that a scene writes stay when its architecture is
 //! changed by an override; only couplings that it leaves out take Table 6.1 of the thesis for the architecture.
 //!
 //! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
@@ -54,4 +54,4 @@ pub use overrides::Override;
 pub use scene::Scene;
 pub use schema::json_schema;
 pub use source::{Source, load, parse, parse_bytes};
-pub use write::{scene_hash, to_toml};
+pub use write::{link_file, scene_hash, to_toml};

@@ -66,8 +66,9 @@ impl FromStr for Override {
 
 /// Bare names with dots between; no scene key is nearly as long as what this lets through.
 fn is_key(key: &str) -> bool {
-    let is_name =
-        |name: &str| !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-');
+    let is_name = |name: &str| {
+        !name.is_empty() && name.bytes().all(|b| b.is_ascii_alphanumeric() || b == b'_' || b == b'-')
+    };
     key.len() <= 100 && key.split('.').all(is_name)
 }
 

@@ -29,7 +29,9 @@ pub fn keys() -> Vec<KeyInfo> {
 /// Every key of a scene file, in Markdown.
 #[must_use]
 pub fn markdown() -> String {
-    let mut text = String::from("# Keys of a scene file\n\nEverything has a default unless it says \"must be written\".\n");
+    let mut text = String::from(
+        "# Keys of a scene file\n\nEverything has a default unless it says \"must be written\".\n",
+    );
     section(&mut text, "A scene", "All numbers are SI; the unit is in the name.", &keys());
     section(&mut text, "`link.include`", INCLUDE.1, &[]);
     let way = [infos(WAY, ""), infos(IMPAIRMENT, "")].concat();

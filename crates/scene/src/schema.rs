@@ -49,9 +49,9 @@ fn add_keys<T>(schema: &mut Json, keys: &[Key<T>], prefix: &str) {
     for key in keys {
         add(schema, &format!("{prefix}{}", key.name), of_key(key));
         if matches!(key.fallback, Fallback::Required) {
-            let required = schema.as_object_mut().and_then(|object| {
-                object.entry("required").or_insert_with(|| json!([])).as_array_mut()
-            });
+            let required = schema
+                .as_object_mut()
+                .and_then(|object| object.entry("required").or_insert_with(|| json!([])).as_array_mut());
             required.into_iter().for_each(|list| list.push(json!(key.name)));
         }
     }

@@ -157,7 +157,9 @@ fn read_link(text: &str, label: &str) -> Result<Vec<(String, Node)>, Vec<SceneEr
     let known: Vec<String> = IMPAIRMENT.iter().map(|key| format!("impairment.{}", key.name)).collect();
     let taken: Vec<(String, Node)> = IMPAIRMENT
         .iter()
-        .filter_map(|key| Some((key.name.to_owned(), tree::take(&mut link, &format!("impairment.{}", key.name))?)))
+        .filter_map(|key| {
+            Some((key.name.to_owned(), tree::take(&mut link, &format!("impairment.{}", key.name))?))
+        })
         .collect();
     let mut errors = Vec::new();
     unknown::refuse(link, "", "", &known, &mut errors);

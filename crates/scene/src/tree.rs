@@ -127,7 +127,10 @@ impl Node {
             Content::Integer(value) => value.to_string(),
             Content::Float { text, .. } | Content::Date(text) => shorten(text),
             Content::Flag(flag) => flag.to_string(),
-            Content::List(items) => format!("a list of {}", items.len()),
+            Content::List(items) => {
+                let items: Vec<String> = items.iter().take(LONGEST).map(Self::found).collect();
+                format!("[{}]", shorten(&items.join(", ")))
+            }
             Content::Table(_) => "a table".to_owned(),
         }
     }
@@ -184,7 +187,8 @@ fn put_into(parent: &mut Node, name: &str, path: &[&str], node: Node) -> Result<
             let count = items.len();
             let index = number.parse::<usize>().ok().and_then(|number| number.checked_sub(1));
             let item = index.and_then(|index| items.get_mut(index));
-            let item = item.ok_or_else(|| format!("{name} is a list whose elements are numbered 1 to {count}"))?;
+            let item =
+                item.ok_or_else(|| format!("{name} is a list whose elements are numbered 1 to {count}"))?;
             if rest.is_empty() {
                 *item = node;
                 return Ok(());
@@ -195,9 +199,11 @@ fn put_into(parent: &mut Node, name: &str, path: &[&str], node: Node) -> Result<
     }
 }
 
+/// Longest piece of a text that a message repeats, in characters.
+const LONGEST: usize = 60;
+
 /// At most 60 characters, with nothing in it that would break a line or a terminal.
 pub(crate) fn shorten(text: &str) -> String {
-    const LONGEST: usize = 60;
     let mut short: String = text.chars().take(LONGEST).flat_map(char::escape_debug).collect();
     if text.chars().nth(LONGEST).is_some() {
         short.push('…');

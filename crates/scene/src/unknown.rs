@@ -70,10 +70,13 @@ fn hint(prefix: &str, path: &str, known: &[String]) -> String {
     if allowed.is_empty() {
         allowed = known.to_vec();
     }
-    let first = |key: &String| key.split('.').next().unwrap_or_default().to_owned();
-    let mut allowed: Vec<String> = allowed.iter().map(first).collect();
-    allowed.dedup();
-    format!("allowed here: {}", allowed.join(", "))
+    let mut names: Vec<&str> = Vec::new();
+    for name in allowed.iter().filter_map(|key| key.split('.').next()) {
+        if !names.contains(&name) {
+            names.push(name);
+        }
+    }
+    format!("allowed here: {}", names.join(", "))
 }
 
 /// The candidate that `word` was probably meant to be: one typed with a slip, or one of which it is the end.

@@ -7,7 +7,7 @@ use xxhash_rust::xxh3::xxh3_64;
 use crate::keys::Key;
 use crate::keys::parts::{DO, IMPAIRMENT, SCRIPT, USER, WAY, kind_of};
 use crate::keys::scene::{LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
-use crate::scene::{Action, Scene, User};
+use crate::scene::{Action, Impairment, Scene, User};
 use crate::value::Value;
 
 /// The scene as TOML, every key written, except those that just follow from others. Reading it back gives an equal
@@ -27,6 +27,20 @@ pub fn to_toml(scene: &Scene) -> String {
         document.list_element(USER_LIST.0);
         document.lines(USER, user, true);
         document.script(user);
+    }
+    document.text
+}
+
+/// A link file, as `link.include` takes it: what a link does to packets, and the figures that were measured on it,
+/// which are for people. Figures that are not finite are left out.
+#[must_use]
+pub fn link_file(impairment: &Impairment, measured: &[(&str, f64)]) -> String {
+    let mut document = Document::default();
+    document.heading("[impairment]");
+    document.lines(IMPAIRMENT, impairment, true);
+    document.heading("[measured]");
+    for (name, figure) in measured.iter().filter(|(_, figure)| figure.is_finite()) {
+        document.line(name, &Value::Number(*figure));
     }
     document.text
 }

@@ -147,7 +147,13 @@ latency_s = 11
 fn overrides_are_named_as_written() {
     insta::assert_snapshot!(told(
         "[rates]\nnetwork_hz = 128\n",
-        &["rates.control_hz=1024/10", "hand.mass_kg=abc", "session.architecture=star", "hand=3", "wall.position_m=inf"]
+        &[
+            "rates.control_hz=1024/10",
+            "hand.mass_kg=abc",
+            "session.architecture=star",
+            "hand=3",
+            "wall.position_m=inf"
+        ]
     ));
 }
 
@@ -155,7 +161,10 @@ fn overrides_are_named_as_written() {
 fn what_is_no_override() {
     for text in ["hand.mass_kg", "=3", "hand..mass_kg=3", "hand.mass_kg=", ".=1", "hand mass=3"] {
         let error = text.parse::<Override>().unwrap_err().to_string();
-        assert_eq!(error, format!("\"{text}\" is not an override; it must be KEY=VALUE, such as hand.mass_kg=0.2"));
+        assert_eq!(
+            error,
+            format!("\"{text}\" is not an override; it must be KEY=VALUE, such as hand.mass_kg=0.2")
+        );
     }
 }
 
@@ -214,7 +223,10 @@ fn a_link_file_is_checked_too() {
     write("lab.link.toml", "[impairment]\nlatency_s = -1\n");
     let errors = load(folder.path().join("lab.toml").to_str().unwrap(), &[]).unwrap_err();
     let message = errors.to_string().replace(folder.path().to_str().unwrap(), "");
-    assert_eq!(message, "/lab.link.toml:2: link.impairment.latency_s is -1; it must be a number from 0 to 10 (s)");
+    assert_eq!(
+        message,
+        "/lab.link.toml:2: link.impairment.latency_s is -1; it must be a number from 0 to 10 (s)"
+    );
     assert_eq!(
         told("[link]\ninclude = \"/etc/hostname\"\n", &[]),
         "lab.toml:2: link.include is \"/etc/hostname\"; it must be left out, because this scene is not in a file"

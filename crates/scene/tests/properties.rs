@@ -1,7 +1,9 @@
 //! Any scene survives being written and read; no text and no override makes the reader panic.
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Architecture, Coordination, Impairment, Integrator, PlayOut, WallSides, Way};
+use cotouch_scene::scene::{
+    Action, Architecture, Coordination, Impairment, Integrator, PlayOut, WallSides, Way,
+};
 use cotouch_scene::{Override, Scene, builtin, load, parse, parse_bytes, scene_hash, to_toml};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -50,7 +52,8 @@ fn impairment() -> impl Strategy<Value = Impairment> {
 fn scene() -> impl Strategy<Value = Scene> {
     let words = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
     let numbers = prop::array::uniform16(0.0..1.0f64);
-    let users = prop::collection::vec(("[a-zé\"\\\\'#=]{1,20}", prop::collection::vec(action(), 0..4)), 2..17);
+    let users =
+        prop::collection::vec(("[a-zé\"\\\\'#=]{1,20}", prop::collection::vec(action(), 0..4)), 2..17);
     let rates = (1u32..20_000, 1u32..1000, 0u32..64, 0u64..1 << 63);
     (words, numbers, users, rates, impairment(), prop::option::of(impairment())).prop_map(
         |(words, at, users, (control, divisor, delay, seed), impairment, way)| {
@@ -110,15 +113,14 @@ fn mutated() -> impl Strategy<Value = String> {
         Just("-1e999".to_owned()),
         Just("99999999999999999999".to_owned()),
     ];
-    (prop::sample::select(texts), any::<prop::sample::Index>(), 0..40usize, piece).prop_map(
-        |(text, start, length, piece)| {
+    (prop::sample::select(texts), any::<prop::sample::Index>(), 0..40usize, piece)
+        .prop_map(|(text, start, length, piece)| {
             let bytes = text.as_bytes();
             let start = start.index(bytes.len());
             let end = (start + length).min(bytes.len());
             [&bytes[..start], piece.as_bytes(), &bytes[end..]].concat()
-        },
-    )
-    .prop_map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+        })
+        .prop_map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
 }
 
 proptest! {

@@ -4,7 +4,7 @@ use std::fs;
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Architecture, Impairment, SpringDamper};
-use cotouch_scene::{Override, Scene, builtin, load, parse, scene_hash, to_toml, with_override};
+use cotouch_scene::{Override, Scene, builtin, link_file, load, parse, scene_hash, to_toml, with_override};
 use glam::DVec3;
 
 fn read(text: &str) -> Scene {
@@ -42,7 +42,9 @@ fn built_in_scenes_are_table_6_1() {
 /// What a built-in scene writes for reading is what it would have had anyway.
 #[test]
 fn built_in_scenes_write_the_defaults() {
-    for (name, text) in [("single-axis", ""), ("single-axis-centralized", "session.architecture = \"centralized\"")] {
+    for (name, text) in
+        [("single-axis", ""), ("single-axis-centralized", "session.architecture = \"centralized\"")]
+    {
         let (written, left_out) = (load(name, &[]).unwrap(), read(text));
         let left_out = Scene { users: written.users.clone(), name: name.into(), ..left_out };
         assert_eq!(Scene { description: String::new(), ..written }, left_out);
@@ -105,13 +107,14 @@ fn overrides_win_over_the_text() {
 
 #[test]
 fn users_beyond_the_tables_repeat_their_scripts_in_turn() {
-    let text = "[[user]]\nname = \"anna\"\nscript = [{ do = \"force\", force_n = 1, duration_s = 1 }]\n[[user]]\n";
+    let text =
+        "[[user]]\nname = \"anna\"\nscript = [{ do = \"force\", force_n = 1, duration_s = 1 }]\n[[user]]\n";
     let scene = read_with(text, &["session.users=4"]);
     let names: Vec<&str> = scene.users.iter().map(|user| user.name.as_str()).collect();
     assert_eq!(names, ["anna", "user2", "user3", "user4"]);
     assert_eq!(scene.users[2].script, scene.users[0].script);
     assert_eq!(scene.users[3].script, []);
-    assert_eq!(read(&text.repeat(1)).session.users, 2);
+    assert_eq!(read(text).session.users, 2);
     assert_eq!(read(&"[[user]]\n".repeat(5)).session.users, 5);
     assert_eq!(read_with(&"[[user]]\n".repeat(5), &["session.users=3"]).users.len(), 3);
 }
@@ -122,7 +125,9 @@ fn vectors_are_three_numbers_or_one_along_x() {
         "[[user]]\nscript = [{ do = \"force\", force_n = -2, duration_s = 1 }, \
          { do = \"tremor\", rms_n = [0, 1, 0.5], duration_s = 1 }]",
     );
-    let [Action::Force { force_n, .. }, Action::Tremor { rms_n, .. }] = scene.users[0].script[..] else { panic!() };
+    let [Action::Force { force_n, .. }, Action::Tremor { rms_n, .. }] = scene.users[0].script[..] else {
+        panic!()
+    };
     assert_eq!((force_n, rms_n), (DVec3::new(-2.0, 0.0, 0.0), DVec3::new(0.0, 1.0, 0.5)));
 }
 
@@ -143,8 +148,11 @@ fn a_link_file_fills_what_the_scene_leaves_out() {
     let scene_file = folder.path().join("lab.toml");
     let link_file = folder.path().join("lab.link.toml");
     fs::write(&scene_file, "[link]\ninclude = \"lab.link.toml\"\nimpairment.jitter_s = 0.5\n").unwrap();
-    fs::write(&link_file, "[measured]\nany = [1]\n[impairment]\nlatency_s = 0.01\njitter_s = 0.1\nloss_rate = 0.1\n")
-        .unwrap();
+    fs::write(
+        &link_file,
+        "[measured]\nany = [1]\n[impairment]\nlatency_s = 0.01\njitter_s = 0.1\nloss_rate = 0.1\n",
+    )
+    .unwrap();
     let overrides = ["link.impairment.loss_rate=0.2".parse().unwrap()];
     let scene = load(scene_file.to_str().unwrap(), &overrides).unwrap();
     assert_eq!(scene.name, "lab");
@@ -152,6 +160,17 @@ fn a_link_file_fills_what_the_scene_leaves_out() {
     assert_eq!((impairment.latency_s, impairment.jitter_s, impairment.loss_rate), (0.01, 0.5, 0.2));
     let set: Override = format!("link.include={}", link_file.display()).parse().unwrap();
     assert_eq!(load("single-axis", &[set]).unwrap().link.impairment.jitter_s, 0.1);
+}
+
+#[test]
+fn a_written_link_file_can_be_included() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lab.link.toml");
+    let impairment =
+        Impairment { latency_s: 0.1 / 3.0, loss_rate: 0.01, loss_burst_packets: 3.5, ..Impairment::NONE };
+    fs::write(&path, link_file(&impairment, &[("sent", 1e4), ("round_trip_mean_ms", f64::NAN)])).unwrap();
+    let set: Override = format!("link.include={}", path.display()).parse().unwrap();
+    assert_eq!(load("single-axis", &[set]).unwrap().link.impairment, impairment);
 }
 
 #[test]

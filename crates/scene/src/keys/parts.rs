@@ -138,10 +138,12 @@ macro_rules! kind {
 pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!("relax", "No force.", Relax { duration_s: 0.0 }, [duration!(Relax)]),
     kind!("hold", "Stay, by tracking, where the hand was.", Hold { duration_s: 0.0 }, [duration!(Hold)]),
-    kind!("reach", "Go by tracking along a minimum-jerk path.", Reach { to_m: DVec3::ZERO, duration_s: 0.0 }, [
-        vector!(Reach.to_m, 10.0, "m", "Where to."),
-        duration!(Reach),
-    ]),
+    kind!(
+        "reach",
+        "Go by tracking along a minimum-jerk path.",
+        Reach { to_m: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(Reach.to_m, 10.0, "m", "Where to."), duration!(Reach),]
+    ),
     kind!(
         "sinusoid",
         "Swing by tracking about where the hand was.",
@@ -153,10 +155,12 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
             duration!(Sinusoid),
         ]
     ),
-    kind!("force", "Push with a constant force.", Force { force_n: DVec3::ZERO, duration_s: 0.0 }, [
-        vector!(Force.force_n, 1000.0, "N", "How hard."),
-        duration!(Force),
-    ]),
+    kind!(
+        "force",
+        "Push with a constant force.",
+        Force { force_n: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(Force.force_n, 1000.0, "N", "How hard."), duration!(Force),]
+    ),
     kind!(
         "sinusoidal-force",
         "Push to and fro.",
@@ -168,10 +172,12 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
             duration!(SinusoidalForce),
         ]
     ),
-    kind!("tremor", "Physiological tremor: 8 to 12 Hz.", Tremor { rms_n: DVec3::ZERO, duration_s: 0.0 }, [
-        vector!(Tremor.rms_n, 1000.0, "N", "Root mean square of the force."),
-        duration!(Tremor),
-    ]),
+    kind!(
+        "tremor",
+        "Physiological tremor: 8 to 12 Hz.",
+        Tremor { rms_n: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(Tremor.rms_n, 1000.0, "N", "Root mean square of the force."), duration!(Tremor),]
+    ),
     kind!(
         "push-and-let-go",
         "Push with a constant force, then let go for the rest.",

@@ -88,7 +88,10 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
 /// What the tables of a scene are about.
 pub(crate) static TABLES: &[(&str, &str)] = &[
     ("session", "Who takes part, and how hosts share the world."),
-    ("rates", "The rates of the loops: a number, taken exactly as written, or a fraction such as \"1024/10\"."),
+    (
+        "rates",
+        "The rates of the loops: a number, taken exactly as written, or a fraction such as \"1024/10\".",
+    ),
     ("link", "The network between hosts."),
     ("link.impairment", "What a simulated link does to packets, in every direction without a [[link.way]]."),
     ("hand", "Every user's hand together with the moving part of the device."),
