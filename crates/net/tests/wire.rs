@@ -26,14 +26,14 @@ fn orientation() -> impl Strategy<Value = DQuat> {
 }
 
 fn entry() -> impl Strategy<Value = Entry> {
-    let motion = (any::<u8>(), vector(), orientation(), vector(), vector());
+    let motion = || (any::<u8>(), vector(), orientation(), vector(), vector());
     prop_oneof![
-        motion.clone().prop_map(|(point, position, orientation, linear, angular)| Entry::Hand {
+        motion().prop_map(|(point, position, orientation, linear, angular)| Entry::Hand {
             point,
             pose: Pose { position, orientation },
             twist: Twist { linear, angular },
         }),
-        motion.prop_map(|(object, position, orientation, linear, angular)| Entry::Object {
+        motion().prop_map(|(object, position, orientation, linear, angular)| Entry::Object {
             object,
             pose: Pose { position, orientation },
             twist: Twist { linear, angular },

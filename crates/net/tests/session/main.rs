@@ -1,10 +1,9 @@
 //! The session protocol between 2, 3 and 16 endpoints, on links of every kind.
 
-mod common;
+mod net;
 
 use std::collections::BTreeSet;
 
-use common::{MS, Net, S, config, packet};
 use cotouch_net::message::Refusal;
 use cotouch_net::scene_fetch::SceneFetch;
 use cotouch_net::session::{Endpoint, Event, SendError, StartWhen};
@@ -12,6 +11,7 @@ use cotouch_net::wire::MAX_DATAGRAM;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
 use cotouch_scene::time::{LocalTime, SessionTime};
+use net::{MS, Net, S, config, packet};
 use proptest::prelude::*;
 
 use Architecture::{Centralized, Distributed};
@@ -324,7 +324,11 @@ fn one_who_comes_late_gets_the_running_time() {
     let at = net.nodes[late].started().unwrap();
     assert!((5 * S..6 * S).contains(&at.0), "{at:?}");
     let (error, bound) = net.nodes[late].clock_error(net.now, net.origin().unwrap()).unwrap();
-    assert!(error.abs() <= bound && error.abs() < 50_000, "{error} {bound}");
+    // Until the drift of 90 ppm is known, mending within a second lags behind it by some 90 µs.
+    assert!(error.abs() <= bound && error.abs() < 200_000, "{error} {bound}");
+    net.run_for(10 * S);
+    let (error, _) = net.nodes[late].clock_error(net.now, net.origin().unwrap()).unwrap();
+    assert!(error.abs() < 5_000, "{error}");
 }
 
 /// What the newcomer hears.

@@ -1,6 +1,5 @@
 //! A network of endpoints on one virtual clock: every host has a clock of its own that is off and drifts, and every ordered
 //! pair of hosts a simulated link.
-#![allow(dead_code, reason = "every test file uses a part of it")]
 
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
@@ -14,10 +13,10 @@ use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
 use cotouch_scene::time::{LocalTime, SessionTime};
 use glam::DVec3;
 
-pub const MS: i64 = 1_000_000;
-pub const S: i64 = 1_000_000_000;
+pub(crate) const MS: i64 = 1_000_000;
+pub(crate) const S: i64 = 1_000_000_000;
 
-pub fn config(users: u8, architecture: Architecture, seed: u64) -> Config {
+pub(crate) fn config(users: u8, architecture: Architecture, seed: u64) -> Config {
     Config {
         scene_hash: 0x5ce4e,
         scene_text: "name = \"test\"\n".repeat(200),
@@ -36,23 +35,23 @@ pub fn config(users: u8, architecture: Architecture, seed: u64) -> Config {
     }
 }
 
-pub struct Node {
-    pub endpoint: Endpoint,
-    pub address: SocketAddr,
-    pub alive: bool,
+pub(crate) struct Node {
+    pub(crate) endpoint: Endpoint,
+    pub(crate) address: SocketAddr,
+    pub(crate) alive: bool,
     /// Whether it sends a state every network step once started.
-    pub samples: bool,
+    pub(crate) samples: bool,
     /// With the true time.
-    pub events: Vec<(i64, Event)>,
+    pub(crate) events: Vec<(i64, Event)>,
     /// True time at which each network step was sampled.
-    pub sampled: Vec<(u64, i64)>,
+    pub(crate) sampled: Vec<(u64, i64)>,
     offset: i64,
     drift: f64,
     next_step: Option<u64>,
 }
 
 impl Node {
-    pub fn local(&self, truth: i64) -> LocalTime {
+    pub(crate) fn local(&self, truth: i64) -> LocalTime {
         LocalTime(self.offset + truth + (truth as f64 * self.drift).round() as i64)
     }
 
@@ -66,52 +65,52 @@ impl Node {
         truth
     }
 
-    pub fn has(&self, wanted: impl Fn(&Event) -> bool) -> bool {
+    pub(crate) fn has(&self, wanted: impl Fn(&Event) -> bool) -> bool {
         self.events.iter().any(|(_, event)| wanted(event))
     }
 
-    pub fn count(&self, wanted: impl Fn(&Event) -> bool) -> usize {
+    pub(crate) fn count(&self, wanted: impl Fn(&Event) -> bool) -> usize {
         self.events.iter().filter(|(_, event)| wanted(event)).count()
     }
 
-    pub fn started(&self) -> Option<SessionTime> {
+    pub(crate) fn started(&self) -> Option<SessionTime> {
         self.events.iter().find_map(|(_, event)| match event {
             Event::Started { at } => Some(*at),
             _ => None,
         })
     }
 
-    pub fn present(&self) -> usize {
+    pub(crate) fn present(&self) -> usize {
         self.endpoint.peers().filter(|peer| peer.presence == Presence::Present).count()
     }
 
     /// All but states, for comparison and display.
-    pub fn story(&self) -> Vec<String> {
+    pub(crate) fn story(&self) -> Vec<String> {
         let told = self.events.iter().filter(|(_, event)| !matches!(event, Event::State { .. }));
         told.map(|(at, event)| format!("{} ms {event:?}", at / MS)).collect()
     }
 
     /// Session time by this node's map minus that by the server's clock, and the stated bound, ns.
-    pub fn clock_error(&self, truth: i64, origin_truth: i64) -> Option<(i64, i64)> {
+    pub(crate) fn clock_error(&self, truth: i64, origin_truth: i64) -> Option<(i64, i64)> {
         let map = self.endpoint.clock()?;
         let local = self.local(truth);
         Some((map.session(local).0 - (truth - origin_truth), map.error_bound_ns(local)))
     }
 }
 
-pub struct Net {
+pub(crate) struct Net {
     /// True time; the server's clock runs exactly with it.
-    pub now: i64,
-    pub nodes: Vec<Node>,
-    pub impairment: Impairment,
+    pub(crate) now: i64,
+    pub(crate) nodes: Vec<Node>,
+    pub(crate) impairment: Impairment,
     /// Ways on which nothing passes.
-    pub cut: Vec<(usize, usize)>,
+    pub(crate) cut: Vec<(usize, usize)>,
     links: BTreeMap<(usize, usize), SimulatedLink>,
     seed: u64,
 }
 
 impl Net {
-    pub fn new(server: Config, impairment: Impairment, seed: u64) -> Self {
+    pub(crate) fn new(server: Config, impairment: Impairment, seed: u64) -> Self {
         let mut net = Self { now: 0, nodes: vec![], impairment, cut: vec![], links: BTreeMap::new(), seed };
         let endpoint = Endpoint::serve(server, LocalTime(7_000 * S));
         net.add(endpoint, 7_000 * S, 0.0);
@@ -119,7 +118,7 @@ impl Net {
     }
 
     /// A server and `users − 1` newcomers with clocks that are off and drift.
-    pub fn full(users: u8, architecture: Architecture, impairment: Impairment, seed: u64) -> Self {
+    pub(crate) fn full(users: u8, architecture: Architecture, impairment: Impairment, seed: u64) -> Self {
         let mut net = Self::new(config(users, architecture, seed), impairment, seed);
         for user in 1..users {
             net.join(config(users, architecture, seed + u64::from(user)));
@@ -127,7 +126,7 @@ impl Net {
         net
     }
 
-    pub fn join(&mut self, config: Config) -> usize {
+    pub(crate) fn join(&mut self, config: Config) -> usize {
         let index = self.nodes.len() as i64;
         let offset = (index * 977 - 3000) * S + index * 123_456_789;
         let drift = [90e-6, -90e-6, 30e-6, 0.0][index as usize % 4];
@@ -153,24 +152,24 @@ impl Net {
         index
     }
 
-    pub fn kill(&mut self, node: usize) {
+    pub(crate) fn kill(&mut self, node: usize) {
         self.nodes[node].alive = false;
     }
 
-    pub fn leave(&mut self, node: usize, reason: &str) {
+    pub(crate) fn leave(&mut self, node: usize, reason: &str) {
         let now = self.nodes[node].local(self.now);
         self.nodes[node].endpoint.leave(now, reason);
     }
 
     /// Hands in a datagram as if it came from `from`, and returns what is sent in answer at once.
-    pub fn inject(&mut self, node: usize, from: SocketAddr, bytes: &[u8]) -> Vec<Transmit> {
+    pub(crate) fn inject(&mut self, node: usize, from: SocketAddr, bytes: &[u8]) -> Vec<Transmit> {
         let now = self.nodes[node].local(self.now);
         let endpoint = &mut self.nodes[node].endpoint;
         endpoint.handle_datagram(now, from, bytes);
         std::iter::from_fn(|| endpoint.poll_transmit(now)).collect()
     }
 
-    pub fn run_for(&mut self, duration: i64) {
+    pub(crate) fn run_for(&mut self, duration: i64) {
         let end = self.now + duration;
         loop {
             self.step();
@@ -280,18 +279,14 @@ impl Net {
     }
 
     /// True time of tick 0.
-    pub fn origin(&self) -> Option<i64> {
+    pub(crate) fn origin(&self) -> Option<i64> {
         let clock = self.nodes[0].endpoint.clock()?;
         Some(self.nodes[0].truth(clock.local(SessionTime(0))))
-    }
-
-    pub fn link_counts(&self, from: usize, to: usize) -> cotouch_net::link::LinkCounts {
-        self.links.get(&(from, to)).map(SimulatedLink::counts).unwrap_or_default()
     }
 }
 
 /// A state that tells who sent it and when.
-pub fn packet(step: u64, sender: usize) -> StatePacket {
+pub(crate) fn packet(step: u64, sender: usize) -> StatePacket {
     let pose = Pose::at(DVec3::new(step as f64, sender as f64, 0.1));
     let entry = Entry::Hand { point: sender as u8, pose, twist: Twist::default() };
     StatePacket { step, entries: [entry].into_iter().collect() }
