@@ -74,6 +74,10 @@ pub struct Transmit {
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "states are most of all events, and a box would allocate for each"
+)]
 pub enum Event {
     /// This host takes part.
     Welcome {
@@ -264,7 +268,7 @@ impl Endpoint {
         }
     }
 
-    /// Takes a datagram that came from `from`. Whatever the bytes are, this does not fail; what is of no use is counted.
+    /// Takes a datagram that came from `from`. A state from a peer that is present allocates nothing. Whatever the bytes are, this does not fail; what is of no use is counted.
     pub fn handle_datagram(&mut self, now: LocalTime, from: SocketAddr, bytes: &[u8]) {
         if self.phase == Phase::Closed {
             return;
@@ -295,7 +299,7 @@ impl Endpoint {
         self.events.pop_front()
     }
 
-    /// When to call [`Self::handle_timeout`] at the latest; `None` when closed.
+    /// When to call [`Self::handle_timeout`] at the latest; `None` while nothing is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<LocalTime> {
         match &self.phase {
@@ -305,9 +309,7 @@ impl Endpoint {
             Phase::Active => {
                 let is_server = matches!(self.role, Role::Server(_));
                 let due = |peer: &Peer| peer.due(self.config.peer_timeout_ns, is_server);
-                let earliest = self.peers.iter().filter_map(due).min();
-                // A server without peers has nothing to do; it looks in once a minute.
-                Some(earliest.unwrap_or(LocalTime(i64::MAX)))
+                self.peers.iter().filter_map(due).min()
             }
         }
     }
@@ -598,7 +600,6 @@ impl Endpoint {
 
     /// Something came from a peer: it is there.
     fn hear(&mut self, now: LocalTime, host: HostIndex) {
-        let name = self.config.name_of(host);
         let Some(peer) = self.peer_mut(host) else { return };
         peer.last_heard = peer.last_heard.max(now);
         if peer.presence == Presence::Present || peer.presence == Presence::Left {
@@ -608,7 +609,7 @@ impl Endpoint {
         peer.next_ping = now;
         let restarted = std::mem::take(&mut peer.restarted);
         let event = match std::mem::replace(&mut peer.introduced, true) {
-            false => Event::PeerJoined { host, name },
+            false => Event::PeerJoined { host, name: self.config.name_of(host) },
             true => Event::PeerReturned { host, restarted },
         };
         self.push_event(event);
