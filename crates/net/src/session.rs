@@ -41,8 +41,7 @@ use crate::message::{Control, Refusal, Text};
 use crate::packet::StatePacket;
 use crate::statistics::LinkStatistics;
 use crate::wire::{
-    DatagramBytes, Kind, MAX_DATAGRAM, WireError, decode_control_body, decode_state_body, encode_control,
-    encode_state, open,
+    DatagramBytes, Kind, MAX_DATAGRAM, WireError, decode_control_body, encode_control, encode_state, open,
 };
 
 pub use config::{Config, ConfigError, StartWhen};

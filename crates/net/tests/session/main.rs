@@ -489,7 +489,7 @@ fn the_scene_is_fetched_over_a_bad_link() {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig::with_cases(64))]
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// Bytes from anywhere, sealed or not, neither panic nor keep the others from their work.
     #[test]

@@ -10,7 +10,7 @@ use cotouch_net::session::{Config, Endpoint, Event, Presence, StartWhen, Transmi
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
-use cotouch_scene::time::{LocalTime, SessionTime};
+use cotouch_scene::time::{LocalTime, Rate, SessionTime};
 use glam::DVec3;
 
 pub(crate) const MS: i64 = 1_000_000;
@@ -107,11 +107,14 @@ pub(crate) struct Net {
     pub(crate) cut: Vec<(usize, usize)>,
     links: BTreeMap<(usize, usize), SimulatedLink>,
     seed: u64,
+    rate: Rate,
 }
 
 impl Net {
     pub(crate) fn new(server: Config, impairment: Impairment, seed: u64) -> Self {
-        let mut net = Self { now: 0, nodes: vec![], impairment, cut: vec![], links: BTreeMap::new(), seed };
+        let rate = server.network_hz;
+        let mut net =
+            Self { now: 0, nodes: vec![], impairment, cut: vec![], links: BTreeMap::new(), seed, rate };
         let endpoint = Endpoint::serve(server, LocalTime(7_000 * S));
         net.add(endpoint, 7_000 * S, 0.0);
         net
@@ -208,8 +211,7 @@ impl Net {
         }
         while let Some(step) = node.next_step.filter(|_| node.samples) {
             let Some(clock) = node.endpoint.clock() else { break };
-            let rate = "128".parse::<cotouch_scene::time::Rate>().unwrap();
-            if clock.local(rate.instant(step)) > local {
+            if clock.local(self.rate.instant(step)) > local {
                 break;
             }
             node.sampled.push((step, now));
@@ -268,10 +270,10 @@ impl Net {
         let deliveries = self.links.values().filter_map(SimulatedLink::next_delivery);
         let alive = self.nodes.iter().filter(|node| node.alive);
         let timers = alive.flat_map(|node| {
-            let sampling = node.next_step.filter(|_| node.samples).and_then(|step| {
-                let rate = "128".parse::<cotouch_scene::time::Rate>().unwrap();
-                Some(node.endpoint.clock()?.local(rate.instant(step)))
-            });
+            let sampling = node
+                .next_step
+                .filter(|_| node.samples)
+                .and_then(|step| Some(node.endpoint.clock()?.local(self.rate.instant(step))));
             let timeout = node.endpoint.poll_timeout().filter(|due| due.0 < i64::MAX / 4);
             [timeout, sampling].into_iter().flatten().map(|local| node.truth(local))
         });
