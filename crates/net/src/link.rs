@@ -279,15 +279,18 @@ mod tests {
 
     /// Sends `count` numbered packets of 100 bytes, one a millisecond, and returns (number, transit ns) as delivered.
     fn deliveries(link: &mut SimulatedLink, count: u64) -> Vec<(u64, i64)> {
-        for number in 0..count {
-            let mut bytes = [0; 100];
-            bytes[..8].copy_from_slice(&number.to_le_bytes());
-            link.send(number as i64 * MS, &bytes);
-        }
         let mut delivered = Vec::new();
-        while let Some((arrival, bytes)) = link.poll_delivery(i64::MAX) {
-            let number = u64::from_le_bytes(bytes[..8].try_into().unwrap());
-            delivered.push((number, arrival - number as i64 * MS));
+        for number in 0..=count {
+            let now = if number < count { number as i64 * MS } else { i64::MAX };
+            while let Some((arrival, bytes)) = link.poll_delivery(now) {
+                let number = u64::from_le_bytes(bytes[..8].try_into().unwrap());
+                delivered.push((number, arrival - number as i64 * MS));
+            }
+            if number < count {
+                let mut bytes = [0; 100];
+                bytes[..8].copy_from_slice(&number.to_le_bytes());
+                link.send(now, &bytes);
+            }
         }
         delivered
     }

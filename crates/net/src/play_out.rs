@@ -267,7 +267,7 @@ mod tests {
         buffer.insert(packet(3));
         assert_eq!(buffer.due_at_tick(), None);
         let counts = buffer.counts();
-        assert_eq!((counts.used, counts.superseded, counts.reordered, counts.late), (1, 2, 1, 0));
+        assert_eq!((counts.used, counts.superseded, counts.reordered, counts.late), (1, 3, 2, 0));
     }
 
     #[test]

@@ -24,6 +24,7 @@
 
 mod config;
 mod follower;
+mod handle;
 mod peer;
 mod server;
 
@@ -31,18 +32,16 @@ use std::collections::VecDeque;
 use std::net::SocketAddr;
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::PlayOut;
 use cotouch_scene::time::{LocalTime, SessionTime};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::clock::{ClockFilter, ClockMap, Exchange};
+use crate::clock::{ClockFilter, ClockMap};
 use crate::message::{Control, Refusal, Text};
 use crate::packet::StatePacket;
-use crate::statistics::{Arrival, LinkStatistics};
+use crate::statistics::LinkStatistics;
 use crate::wire::{
-    DatagramBytes, Header, Kind, MAX_DATAGRAM, WireError, decode_control_body, decode_state_body,
-    encode_control, encode_state, open,
+    DatagramBytes, Kind, MAX_DATAGRAM, WireError, decode_control_body, encode_control, encode_state, open,
 };
 
 pub use config::{Config, ConfigError, StartWhen};
@@ -74,6 +73,10 @@ pub struct Transmit {
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "states are most of all events, and a box would allocate for each"
+)]
 pub enum Event {
     /// This host takes part.
     Welcome {
@@ -264,7 +267,7 @@ impl Endpoint {
         }
     }
 
-    /// Takes a datagram that came from `from`. Whatever the bytes are, this does not fail; what is of no use is counted.
+    /// Takes a datagram that came from `from`. A state from a peer that is present allocates nothing. Whatever the bytes are, this does not fail; what is of no use is counted.
     pub fn handle_datagram(&mut self, now: LocalTime, from: SocketAddr, bytes: &[u8]) {
         if self.phase == Phase::Closed {
             return;
@@ -295,7 +298,7 @@ impl Endpoint {
         self.events.pop_front()
     }
 
-    /// When to call [`Self::handle_timeout`] at the latest; `None` when closed.
+    /// When to call [`Self::handle_timeout`] at the latest; `None` while nothing is due.
     #[must_use]
     pub fn poll_timeout(&self) -> Option<LocalTime> {
         match &self.phase {
@@ -305,9 +308,7 @@ impl Endpoint {
             Phase::Active => {
                 let is_server = matches!(self.role, Role::Server(_));
                 let due = |peer: &Peer| peer.due(self.config.peer_timeout_ns, is_server);
-                let earliest = self.peers.iter().filter_map(due).min();
-                // A server without peers has nothing to do; it looks in once a minute.
-                Some(earliest.unwrap_or(LocalTime(i64::MAX)))
+                self.peers.iter().filter_map(due).min()
             }
         }
     }
@@ -436,212 +437,6 @@ impl Endpoint {
         self.counters
     }
 
-    fn handle_state(&mut self, now: LocalTime, from: SocketAddr, header: Header, body: &[u8]) {
-        if header.session != self.session || self.phase != Phase::Active {
-            self.counters.wrong_session += 1;
-            return;
-        }
-        let sender = |peer: &&mut Peer| Some(peer.host) == header.sender && peer.address == from;
-        let Some(peer) = self.peers.iter_mut().filter(|peer| peer.presence != Presence::Left).find(sender)
-        else {
-            self.counters.unknown_sender += 1;
-            return;
-        };
-        let Ok((sample_time, packet)) = decode_state_body(body) else {
-            self.counters.malformed += 1;
-            return;
-        };
-        let host = peer.host;
-        let session_now = self.clock().map(|clock| clock.session(now));
-        let too_early = session_now.is_some_and(|now| sample_time.since(now) > FARTHEST_FUTURE_NS);
-        if sample_time != self.config.network_hz.instant(packet.step) || too_early {
-            self.counters.unexpected += 1;
-            return;
-        }
-        let due = self.config.due(host, packet.step);
-        let is_late = due.zip(session_now).is_some_and(|(due, now)| now > due);
-        self.hear(now, host);
-        let peer = self.peer_mut(host).expect("it was found above");
-        if peer.sequence.arrive(packet.step) == Arrival::Duplicate {
-            self.counters.duplicates += 1;
-            return;
-        }
-        peer.late += u64::from(is_late);
-        self.push_event(Event::State { from: host, packet, received: now });
-    }
-
-    fn handle_control(&mut self, now: LocalTime, from: SocketAddr, header: Header, control: Control) {
-        match control {
-            Control::Join(join) => return self.handle_join(now, from, header.session, &join),
-            Control::SceneRequest { offset, padding } => {
-                return self.handle_scene_request(from, header.session, offset, padding.len());
-            }
-            Control::ScenePart { .. } => return self.counters.unexpected += 1,
-            Control::Challenge { .. } | Control::Welcome { .. } | Control::Refuse(_) => {
-                return self.handle_answer_to_join(now, from, header.session, control);
-            }
-            _ => {}
-        }
-        if header.session != self.session || self.phase == Phase::Joining {
-            self.counters.wrong_session += 1;
-            return;
-        }
-        let Some(sender) = header.sender else {
-            self.counters.unknown_sender += 1;
-            return;
-        };
-        match control {
-            Control::Ping { instance, sent_ns, ready } => {
-                self.handle_ping(now, from, sender, instance, sent_ns, ready);
-            }
-            Control::Leave { instance, reason } => self.handle_leave(now, from, sender, instance, &reason),
-            _ if self.peer_mut(sender).is_none_or(|peer| peer.address != from) => {
-                self.counters.unknown_sender += 1;
-            }
-            Control::Pong { instance, sent_ns, received_ns, answered_ns } => {
-                let exchange = Exchange { sent: LocalTime(sent_ns), received_ns, answered_ns, returned: now };
-                self.handle_pong(now, sender, instance, &exchange);
-            }
-            Control::Roster(roster) => self.handle_roster(now, sender, &roster),
-            Control::RosterReceived { revision } => self.handle_roster_received(now, sender, revision),
-            Control::LeaveReceived => self.handle_leave_received(sender),
-            // All others were dealt with above.
-            _ => self.counters.unexpected += 1,
-        }
-    }
-
-    fn handle_ping(
-        &mut self,
-        now: LocalTime,
-        from: SocketAddr,
-        sender: HostIndex,
-        instance: u64,
-        sent_ns: i64,
-        ready: bool,
-    ) {
-        if self.phase != Phase::Active {
-            return;
-        }
-        let Some(peer) = self.peer_mut(sender) else {
-            self.counters.unknown_sender += 1;
-            return;
-        };
-        if peer.instance != instance || peer.presence == Presence::Left {
-            self.counters.unknown_sender += 1;
-            if matches!(self.role, Role::Server(_)) {
-                self.send_refusal(from, instance, Refusal::Replaced);
-            }
-            return;
-        }
-        // Who knows session and instance is the peer, also behind a new address (a router forgot the old one).
-        peer.address = from;
-        peer.ready = ready;
-        self.hear(now, sender);
-        let (received_ns, answered_ns) = (now.0, now.0);
-        self.send(from, &Control::Pong { instance: self.instance, sent_ns, received_ns, answered_ns });
-        self.start_if_all_are_there(now);
-    }
-
-    fn handle_pong(&mut self, now: LocalTime, sender: HostIndex, instance: u64, exchange: &Exchange) {
-        let is_follower = matches!(self.role, Role::Follower(_));
-        let Some(peer) = self.peer_mut(sender) else { return };
-        let known = peer.instance == instance && peer.presence != Presence::Left;
-        if !known || !peer.take_ping(exchange.sent) {
-            self.counters.unexpected += 1;
-            return;
-        }
-        match exchange.round_trip_ns() {
-            Some(round_trip_ns) => peer.round_trip.record(round_trip_ns),
-            None => self.counters.unexpected += 1,
-        }
-        self.hear(now, sender);
-        if is_follower && sender == HostIndex::FIRST {
-            self.clock.observe(exchange);
-            self.announce_clock_and_start(now);
-        }
-    }
-
-    fn handle_leave(
-        &mut self,
-        now: LocalTime,
-        from: SocketAddr,
-        sender: HostIndex,
-        instance: u64,
-        reason: &str,
-    ) {
-        let Some(peer) = self.peer_mut(sender).filter(|peer| peer.instance == instance) else {
-            self.counters.unknown_sender += 1;
-            return;
-        };
-        let was_known = peer.introduced && peer.presence != Presence::Left;
-        peer.presence = Presence::Left;
-        self.send(from, &Control::LeaveReceived);
-        if was_known {
-            self.push_event(Event::PeerLeft { host: sender, reason: reason.to_owned() });
-            self.change_roster(now);
-        }
-    }
-
-    fn handle_leave_received(&mut self, sender: HostIndex) {
-        if !matches!(self.phase, Phase::Leaving { .. }) {
-            self.counters.unexpected += 1;
-            return;
-        }
-        if let Some(peer) = self.peer_mut(sender) {
-            // Nothing more is to be said to it.
-            peer.presence = Presence::Left;
-        }
-        if self.peers.iter().all(|peer| peer.presence == Presence::Left) {
-            self.close();
-        }
-    }
-
-    /// Something came from a peer: it is there.
-    fn hear(&mut self, now: LocalTime, host: HostIndex) {
-        let name = self.config.name_of(host);
-        let Some(peer) = self.peer_mut(host) else { return };
-        peer.last_heard = peer.last_heard.max(now);
-        if peer.presence == Presence::Present || peer.presence == Presence::Left {
-            return;
-        }
-        peer.presence = Presence::Present;
-        peer.next_ping = now;
-        let restarted = std::mem::take(&mut peer.restarted);
-        let event = match std::mem::replace(&mut peer.introduced, true) {
-            false => Event::PeerJoined { host, name },
-            true => Event::PeerReturned { host, restarted },
-        };
-        self.push_event(event);
-    }
-
-    fn lose_silent_peers(&mut self, now: LocalTime) {
-        for index in 0..self.peers.len() {
-            let peer = &mut self.peers[index];
-            if peer.presence == Presence::Present && now.since(peer.last_heard) >= self.config.peer_timeout_ns
-            {
-                peer.presence = Presence::Lost;
-                peer.ready = false;
-                peer.unanswered = 0;
-                let host = peer.host;
-                self.push_event(Event::PeerLost { host });
-            }
-        }
-    }
-
-    fn send_due_pings(&mut self, now: LocalTime) {
-        let wants_clock = matches!(self.role, Role::Follower(_)) && !self.clock.is_agreed();
-        for index in 0..self.peers.len() {
-            let peer = &mut self.peers[index];
-            if peer.presence == Presence::Left || now < peer.next_ping {
-                continue;
-            }
-            peer.note_ping(now, wants_clock && peer.host == HostIndex::FIRST);
-            let to = peer.address;
-            let ping = Control::Ping { instance: self.instance, sent_ns: now.0, ready: self.announced.clock };
-            self.send(to, &ping);
-        }
-    }
-
     fn repeat_leave(&mut self, now: LocalTime) {
         let Phase::Leaving { reason, repeat, attempts } = &mut self.phase else { return };
         if now < repeat.due() {
@@ -727,16 +522,5 @@ impl Endpoint {
         } else {
             self.counters.overflowed += 1;
         }
-    }
-}
-
-impl Config {
-    /// When the sample of `step` is to be used at the latest; `None` where it is used on arrival.
-    fn due(&self, from: HostIndex, step: u64) -> Option<SessionTime> {
-        if self.play_out != PlayOut::Scheduled {
-            return None;
-        }
-        let periods = self.play_out_periods.get(from.index()).copied().unwrap_or(0);
-        Some(self.network_hz.instant(step.saturating_add(periods.into())))
     }
 }

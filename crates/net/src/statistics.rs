@@ -34,6 +34,8 @@ pub enum Arrival {
 /// Counts packets by their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SequenceTracker {
+    /// The smallest number so far.
+    first: u64,
     newest: Option<u64>,
     /// Bit `n % WINDOW`: number `n` arrived, for the `WINDOW` numbers up to the newest.
     arrived: [u64; WORDS],
@@ -67,9 +69,8 @@ impl SequenceTracker {
     /// Takes note of a packet. Bounded work, whatever the number.
     pub fn arrive(&mut self, number: u64) -> Arrival {
         let Some(newest) = self.newest else {
-            self.newest = Some(number);
-            // Nothing before the first counts as lost, so that nothing before it counts as late either.
-            self.arrived = [u64::MAX; WORDS];
+            (self.first, self.newest) = (number, Some(number));
+            self.set(number);
             self.counts.received += 1;
             return Arrival::Newest;
         };
@@ -84,7 +85,12 @@ impl SequenceTracker {
             self.set(number);
             self.counts.received += 1;
             self.counts.reordered += 1;
-            self.counts.lost -= 1;
+            if number < self.first {
+                self.counts.lost += self.first - number - 1;
+                self.first = number;
+            } else {
+                self.counts.lost -= 1;
+            }
             Arrival::Reordered
         }
     }
@@ -182,13 +188,13 @@ impl RoundTripMeter {
         if self.count == 0 {
             return RoundTrip::default();
         }
-        let (min_s, max_s) = (self.min_ns as f64 * 1e-9, self.max_ns as f64 * 1e-9);
+        let (min_s, max_s) = (self.min_ns as f64 / 1e9, self.max_ns as f64 / 1e9);
         // A histogram's cell may reach beyond what was measured.
-        let quantile = |q| (self.histogram.value_at_quantile(q) as f64 * 1e-9).clamp(min_s, max_s);
+        let quantile = |q| (self.histogram.value_at_quantile(q) as f64 / 1e9).clamp(min_s, max_s);
         RoundTrip {
             count: self.count,
-            mean_s: self.mean_ns * 1e-9,
-            rms_jitter_s: (self.squares / self.count as f64).sqrt() * 1e-9,
+            mean_s: self.mean_ns / 1e9,
+            rms_jitter_s: (self.squares / self.count as f64).sqrt() / 1e9,
             min_s,
             p50_s: quantile(0.5),
             p99_s: quantile(0.99),
@@ -221,8 +227,8 @@ mod tests {
         let arrivals: Vec<_> =
             [10, 11, 14, 13, 13, 9, 14, 15].into_iter().map(|n| tracker.arrive(n)).collect();
         use Arrival::{Duplicate, Newest, Reordered};
-        assert_eq!(arrivals, [Newest, Newest, Newest, Reordered, Duplicate, Duplicate, Duplicate, Newest]);
-        let counts = SequenceCounts { received: 5, lost: 1, duplicates: 3, reordered: 1 };
+        assert_eq!(arrivals, [Newest, Newest, Newest, Reordered, Duplicate, Reordered, Duplicate, Newest]);
+        let counts = SequenceCounts { received: 6, lost: 1, duplicates: 2, reordered: 2 };
         assert_eq!(tracker.counts(), counts);
     }
 

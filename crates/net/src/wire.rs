@@ -15,7 +15,7 @@
 //!
 //! A state datagram goes on with step (u64), sample time (i64, ns of session time), number of entries (u8), three zero
 //! bytes, and the entries: tag, index, then `f64` components in the order of the fields of
-//! [`Entry`](crate::packet::Entry); a quaternion is x, y, z, w. A control datagram goes on with one
+//! [`Entry`]; a quaternion is x, y, z, w. A control datagram goes on with one
 //! postcard-encoded [`Control`]. All numbers are little-endian; nothing may follow.
 
 use arrayvec::ArrayVec;

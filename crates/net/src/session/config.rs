@@ -2,7 +2,7 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut, Scene};
-use cotouch_scene::time::Rate;
+use cotouch_scene::time::{Rate, SessionTime};
 
 use super::MILLISECOND;
 use crate::message::MAX_TEXT_BYTES;
@@ -96,5 +96,14 @@ impl Config {
     /// The user at `host`; empty when the scene has none.
     pub(super) fn name_of(&self, host: HostIndex) -> String {
         self.names.get(host.index()).cloned().unwrap_or_default()
+    }
+
+    /// When the sample of `step` is to be used at the latest; `None` where it is used on arrival.
+    pub(super) fn due(&self, from: HostIndex, step: u64) -> Option<SessionTime> {
+        if self.play_out != PlayOut::Scheduled {
+            return None;
+        }
+        let periods = self.play_out_periods.get(from.index()).copied().unwrap_or(0);
+        Some(self.network_hz.instant(step.saturating_add(periods.into())))
     }
 }

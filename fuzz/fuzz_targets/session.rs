@@ -1,0 +1,80 @@
+//! A server and a host that joined it, fed with datagrams from peers and strangers: no panic, bounded replies.
+#![no_main]
+
+use std::net::SocketAddr;
+
+use cotouch_net::session::{Config, Endpoint, StartWhen, Transmit};
+use cotouch_scene::scene::{Architecture, PlayOut};
+use cotouch_scene::time::LocalTime;
+use libfuzzer_sys::fuzz_target;
+use xxhash_rust::xxh3::xxh3_64;
+
+const MILLISECOND: i64 = 1_000_000;
+
+fn config(seed: u64) -> Config {
+    Config {
+        scene_hash: 1,
+        scene_text: "name = \"fuzz\"".to_owned(),
+        control_hz: "1024".parse().unwrap(),
+        network_hz: "128".parse().unwrap(),
+        names: vec!["a".to_owned(), "b".to_owned(), "c".to_owned()],
+        architecture: Architecture::Distributed,
+        play_out: PlayOut::Scheduled,
+        play_out_periods: vec![1; 3],
+        peer_timeout_ns: 1_000 * MILLISECOND,
+        user: None,
+        start: StartWhen::Hosts(2),
+        start_delay_ns: 100 * MILLISECOND,
+        join_timeout_ns: 5_000 * MILLISECOND,
+        seed,
+    }
+}
+
+/// Hands all that waits from one to the other.
+fn exchange(now: LocalTime, server: (&mut Endpoint, SocketAddr), client: (&mut Endpoint, SocketAddr)) {
+    for _ in 0..8 {
+        while let Some(Transmit { to, bytes }) = client.0.poll_transmit(now) {
+            if to == server.1 {
+                server.0.handle_datagram(now, client.1, &bytes);
+            }
+        }
+        while let Some(Transmit { to, bytes }) = server.0.poll_transmit(now) {
+            if to == client.1 {
+                client.0.handle_datagram(now, server.1, &bytes);
+            }
+        }
+    }
+    while server.0.poll_event().is_some() || client.0.poll_event().is_some() {}
+}
+
+fuzz_target!(|data: &[u8]| {
+    let server_address: SocketAddr = "10.0.0.1:1".parse().unwrap();
+    let client_address: SocketAddr = "10.0.0.2:1".parse().unwrap();
+    let stranger: SocketAddr = "10.0.0.3:1".parse().unwrap();
+    let mut now = LocalTime(0);
+    let mut server = Endpoint::serve(config(1), now);
+    let mut client = Endpoint::join(config(2), server_address, now);
+    let mut rest = data;
+    // Each piece: what to do, how long to wait, how many bytes follow.
+    while let [what, wait, length, tail @ ..] = rest {
+        let (piece, tail) = tail.split_at(usize::from(*length).min(tail.len()));
+        rest = tail;
+        now = now.plus_ns(i64::from(*wait) * MILLISECOND);
+        server.handle_timeout(now);
+        client.handle_timeout(now);
+        let mut bytes = piece.to_vec();
+        if what & 1 != 0 && bytes.len() > 8 {
+            bytes[..4].copy_from_slice(&[b'c', b'o', 1, 0]);
+            let sum = xxh3_64(&bytes[8..]) as u32;
+            bytes[4..8].copy_from_slice(&sum.to_le_bytes());
+        }
+        match what >> 1 & 3 {
+            0 => server.handle_datagram(now, stranger, &bytes),
+            1 => server.handle_datagram(now, client_address, &bytes),
+            2 => client.handle_datagram(now, server_address, &bytes),
+            _ => {}
+        }
+        exchange(now, (&mut server, server_address), (&mut client, client_address));
+        assert!(server.peers().count() <= 2 && client.peers().count() <= 2);
+    }
+});
