@@ -157,7 +157,7 @@ fn targets_never_jump_from_action_to_action() {
     let script = script(&actions, true);
     let mut state = script.begin(DVec3::ZERO);
     let mut last = script.drive(&mut state, 0, DVec3::ZERO).target;
-    assert_eq!((last.position, last.velocity), (DVec3::ZERO, DVec3::ZERO));
+    assert!(last.position.length() < 1e-16 && last.velocity.length() < 1e-15, "{last:?}");
     for tick in 1..20_000 {
         let target = script.drive(&mut state, tick, DVec3::X * 0.01).target;
         // Third order: what is left over a tick is the path's jerk, which is bounded.
