@@ -55,7 +55,7 @@ fn tick(criterion: &mut Criterion) {
             bencher.iter(|| {
                 let reading = hand.read(tick).expect("in order");
                 let requested = Wrench::force(black_box(reading.pose.position * -100.0));
-                let output = governor.govern(&mut state, &GovernorInput::fresh(requested, reading));
+                let output = governor.govern(&mut state, &GovernorInput::healthy(requested, reading));
                 port.observe(&reading, output.commanded);
                 hand.write(output.commanded).expect("finite");
                 tick += 1;
@@ -67,7 +67,7 @@ fn tick(criterion: &mut Criterion) {
         let (mut state, mut push) = (governor.start(), 1.0);
         bencher.iter(|| {
             push = -push;
-            let input = GovernorInput::fresh(Wrench::force(black_box(DVec3::X * push)), Default::default());
+            let input = GovernorInput::healthy(Wrench::force(black_box(DVec3::X * push)), Default::default());
             governor.govern(&mut state, &input)
         });
     });

@@ -99,7 +99,7 @@ pub struct GovernorInput {
 impl GovernorInput {
     /// A fresh request with all well.
     #[must_use]
-    pub fn fresh(requested: Wrench, reading: Reading) -> Self {
+    pub fn healthy(requested: Wrench, reading: Reading) -> Self {
         Self { requested, reading, stop: false, link_ok: true, fresh: true }
     }
 }
@@ -142,7 +142,8 @@ impl Governor {
         GovernorState { phase: self.faded_in(0), commanded: Wrench::default(), stale_ticks: 0, fault: None }
     }
 
-    /// One haptic tick. No allocation, no lock, bounded work.
+    /// One haptic tick. A tick that a late loop skips is not made up for: fading takes a little longer, and the force
+    /// changes by no more than in any other tick. No allocation, no lock, bounded work.
     pub fn govern(&self, state: &mut GovernorState, input: &GovernorInput) -> GovernorOutput {
         let force = self.damped(input);
         state.notice(input, &force);
@@ -266,9 +267,9 @@ impl GovernorState {
     }
 }
 
-/// A limit that differences of limited forces do not overflow; `max` prefers the number to the NaN.
+/// A limit such that differences of limited forces do not overflow; NaN is 0.
 fn sound(limit: f64) -> f64 {
-    limit.max(0.0).min(LARGEST_LIMIT)
+    if limit.is_nan() { 0.0 } else { limit.clamp(0.0, LARGEST_LIMIT) }
 }
 
 /// From 0 to 1 with no slope at either end.

@@ -93,16 +93,16 @@ impl HandModel {
         Ok(Self { plant, script, direction })
     }
 
-    /// The state at tick 0 of a hand that rests at `position` (m).
+    /// The state at `tick` of a hand that rests at `position` (m) and begins its script.
     #[must_use]
-    pub fn at_rest(&self, position: DVec3) -> HandState {
+    pub fn at_rest(&self, tick: u64, position: DVec3) -> HandState {
         let position = self.free(position);
         HandState {
-            tick: 0,
+            tick,
             position,
             velocity: DVec3::ZERO,
             held_force: DVec3::ZERO,
-            script: self.script.begin(position),
+            script: self.script.begin(tick, position),
         }
     }
 
@@ -141,7 +141,7 @@ impl SimulatedHand {
     /// A hand of `model`, at rest at `position` (m) at tick 0.
     #[must_use]
     pub fn new(name: impl Into<String>, model: HandModel, position: DVec3) -> Self {
-        let state = model.at_rest(position);
+        let state = model.at_rest(0, position);
         Self { name: name.into(), model, state }
     }
 
@@ -169,6 +169,11 @@ impl SimulatedHand {
     #[must_use]
     pub fn state(&self) -> &HandState {
         &self.state
+    }
+
+    /// Begins anew at `tick`, at rest where the hand is, with the script's first action: for a user who joins late.
+    pub fn restart(&mut self, tick: u64) {
+        self.state = self.model.at_rest(tick, self.state.position);
     }
 
     /// Replaces the state. What a hand on a line cannot do is left out of position and velocity.

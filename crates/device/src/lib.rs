@@ -35,7 +35,7 @@
 //! for tick in 0..2000 {
 //!     let reading = hand.read(tick)?;
 //!     let wall = Wrench::force(DVec3::X * (-2000.0 * (reading.pose.position.x - 0.05).max(0.0)));
-//!     let output = governor.govern(&mut state, &governor::GovernorInput::fresh(wall, reading));
+//!     let output = governor.govern(&mut state, &governor::GovernorInput::healthy(wall, reading));
 //!     hand.write(output.commanded)?;
 //! }
 //! assert!((hand.state().position.x - (400.0 * 0.1 - 8.0) / 400.0).abs() < 1e-3); // F_max is 8 N

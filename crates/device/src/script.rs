@@ -103,18 +103,19 @@ impl Script {
         self.tracking
     }
 
-    /// The state at tick 0 of a hand that rests at `position` (m): the first action has begun.
+    /// The state at `tick` of a hand that rests at `position` (m): the first action begins there.
     #[must_use]
-    pub fn begin(&self, position: DVec3) -> ScriptState {
+    pub fn begin(&self, tick: u64, position: DVec3) -> ScriptState {
+        let began = self.control.instant(tick);
         let nothing = ScriptState {
             action: self.actions.len(),
-            began: SessionTime(0),
-            until_tick: 0,
+            began,
+            until_tick: tick,
             let_go_tick: 0,
             anchor: position,
             transition: Transition::default(),
         };
-        self.enter(&nothing, 0, SessionTime(0), position)
+        self.enter(&nothing, 0, began, position)
     }
 
     /// What is asked of the hand from `tick` to the next; `position` is the hand's at `tick`. To be called for ticks

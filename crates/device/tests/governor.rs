@@ -35,7 +35,7 @@ fn opened(governor: &Governor) -> GovernorState {
 }
 
 fn request(force: f64) -> GovernorInput {
-    GovernorInput::fresh(Wrench::force(DVec3::X * force), Reading::default())
+    GovernorInput::healthy(Wrench::force(DVec3::X * force), Reading::default())
 }
 
 fn govern(governor: &Governor, state: &mut GovernorState, force: f64) -> (f64, Acted) {
@@ -62,7 +62,7 @@ fn a_clamped_force_keeps_its_direction() {
     for size in [8.1, 1e6, 1e200, 1e307] {
         let mut state = opened(&governor);
         let output = governor
-            .govern(&mut state, &GovernorInput::fresh(Wrench::force(direction * size), Reading::default()));
+            .govern(&mut state, &GovernorInput::healthy(Wrench::force(direction * size), Reading::default()));
         assert!((output.commanded.force - direction * 8.0).length() < 1e-14, "{size}");
         assert_eq!(output.acted, Acted::FORCE_LIMIT);
     }
@@ -73,7 +73,7 @@ fn own_damping_is_no_limit() {
     let governor = governor(&GovernorLimits { damping_n_s_per_m: 2.0, ..LIMITS });
     let mut state = opened(&governor);
     let reading = Reading::point(DVec3::ZERO, DVec3::X * 0.5);
-    let output = governor.govern(&mut state, &GovernorInput::fresh(Wrench::force(DVec3::X * 3.0), reading));
+    let output = governor.govern(&mut state, &GovernorInput::healthy(Wrench::force(DVec3::X * 3.0), reading));
     assert_eq!((output.commanded.force.x, output.acted), (2.0, Acted::empty()));
 }
 
@@ -132,7 +132,7 @@ fn a_lost_link_comes_back_through_a_soft_start() {
 fn a_fault_stays_until_it_is_cleared() {
     let governor = governor(&LIMITS);
     let mut state = opened(&governor);
-    let bad = GovernorInput::fresh(Wrench::default(), Reading::point(DVec3::NAN, DVec3::ZERO));
+    let bad = GovernorInput::healthy(Wrench::default(), Reading::point(DVec3::NAN, DVec3::ZERO));
     assert!(governor.govern(&mut state, &bad).acted.contains(Acted::FAULT));
     for _ in 0..1000 {
         govern(&governor, &mut state, 5.0);
@@ -287,7 +287,7 @@ proptest! {
         let governor = governor(&LIMITS);
         let mut state = opened(&governor);
         for force in forces {
-            let input = GovernorInput::fresh(Wrench::force(force), Reading::point(force, force));
+            let input = GovernorInput::healthy(Wrench::force(force), Reading::point(force, force));
             let output = governor.govern(&mut state, &input);
             prop_assert_eq!(bits(output.commanded), bits(input.requested));
             prop_assert!(output.acted.is_empty());

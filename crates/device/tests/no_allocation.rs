@@ -73,7 +73,7 @@ fn a_tick_allocates_nothing() {
         let reading = hand.read(tick).unwrap();
         let requested = Wrench::force(reading.pose.position * -5000.0);
         let input =
-            GovernorInput { stop: tick > 4000 && tick < 4500, ..GovernorInput::fresh(requested, reading) };
+            GovernorInput { stop: tick > 4000 && tick < 4500, ..GovernorInput::healthy(requested, reading) };
         let output = governor.govern(&mut state, &input);
         port.observe(&reading, output.commanded);
         watch.observe(output.acted);
