@@ -129,7 +129,7 @@ mod tests {
 
     #[test]
     fn cyclic_shifts_are_fine() {
-        for size in 1..=100 {
+        for size in (1..=20).chain([33, 64]) {
             let cycle = DMatrix::from_fn(size, size, |i, j| if i == (j + 1) % size { 1.0 } else { 0.0 });
             assert!(sorted_norms(&cycle).iter().all(|norm| (norm - 1.0).abs() < 1e-10), "{size}");
         }

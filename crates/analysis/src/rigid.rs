@@ -27,8 +27,6 @@ pub(crate) struct Structure {
     pub(crate) rigid: Vec<DVector<f64>>,
     /// Translations of parts that no stiffness ties to the rest: they stay where they are put.
     pub(crate) loose: Vec<DVector<f64>>,
-    /// Whether a stiffness ties any body to the ground.
-    pub(crate) grounded: bool,
 }
 
 impl Structure {
@@ -37,12 +35,12 @@ impl Structure {
         let mut loose: Vec<_> =
             groups.free.iter().map(|&group| translation(spec, layout, &groups, group)).collect();
         if groups.grounded || loose.is_empty() {
-            return Self { rigid: Vec::new(), loose, grounded: groups.grounded };
+            return Self { rigid: Vec::new(), loose };
         }
         let whole = loose.iter().skip(1).fold(loose[0].clone(), |sum, group| sum + group);
         loose.pop();
         let rigid = std::iter::once(whole).chain(uniform_motion(spec, layout)).collect();
-        Self { rigid, loose, grounded: false }
+        Self { rigid, loose }
     }
 }
 
