@@ -261,11 +261,15 @@ fn parse_header(entries: &BTreeMap<&str, &str>) -> Result<RecordingHeader, Recor
 }
 
 fn facts(entries: &BTreeMap<&str, &str>) -> BTreeMap<String, String> {
-    let fact = |(name, value): (&&str, &&str)| Some((name.strip_prefix(FACT)?.to_owned(), (*value).to_owned()));
+    let fact =
+        |(name, value): (&&str, &&str)| Some((name.strip_prefix(FACT)?.to_owned(), (*value).to_owned()));
     entries.iter().filter_map(fact).collect()
 }
 
-fn note_summary(summary: &mut Option<RecordingSummary>, record: &RawRecord<'_>) -> Result<(), RecordingError> {
+fn note_summary(
+    summary: &mut Option<RecordingSummary>,
+    record: &RawRecord<'_>,
+) -> Result<(), RecordingError> {
     let Metadata { name, entries } = record.parse()?;
     if name == SUMMARY_RECORD {
         let count = |key: &str| {

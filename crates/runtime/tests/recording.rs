@@ -2,7 +2,7 @@
 
 mod common;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use common::{any_item, bytes, header, record, session};
@@ -50,12 +50,17 @@ fn the_same_items_give_the_same_bytes() {
 
 #[test]
 fn a_file_cut_off_anywhere_gives_its_whole_items() {
-    let items = session(1100);
+    let items = session(600);
     let whole = record(&items);
     let all = bytes(&items);
-    let cuts = (0..3000).chain((3000..whole.len()).step_by(997)).chain(whole.len() - 3000..whole.len());
+    let mut cuts: BTreeSet<usize> = (0..200).chain((0..whole.len()).step_by(997)).collect();
+    cuts.extend(whole.len() - 200..whole.len());
+    for (start, end) in chunks(&whole) {
+        cuts.extend(start - 20..start + 60);
+        cuts.extend(end - 20..end + 20);
+    }
     let mut before = 0;
-    for cut in cuts.filter(|&cut| cut < whole.len()) {
+    for cut in cuts.into_iter().filter(|&cut| cut < whole.len()) {
         let Ok(recording) = Recording::read(&whole[..cut]) else {
             assert_eq!(before, 0, "after the header no cut is an error: {cut}");
             continue;
@@ -74,7 +79,7 @@ fn a_flipped_bit_is_found_or_changes_nothing() {
     let whole = record(&items);
     let all = bytes(&items);
     let mut found = 0;
-    for place in 0..whole.len() {
+    for place in (0..whole.len()).step_by(7) {
         let mut damaged = whole.clone();
         damaged[place] ^= 1 << (place % 8);
         match Recording::read(&damaged[..]) {
@@ -86,7 +91,7 @@ fn a_flipped_bit_is_found_or_changes_nothing() {
             Err(_) => found += 1,
         }
     }
-    assert!(found > whole.len() / 2, "{found} of {}", whole.len());
+    assert!(found > whole.len() / 14, "{found} of {}", whole.len());
 }
 
 /// Damage that the checksums vouch for: only a hostile writer makes it.
@@ -140,7 +145,7 @@ fn half_a_second_of_the_session_is_on_disk_without_an_end() {
     let items = session(3000);
     for item in &items {
         recorder.write(item).unwrap();
-        if item.tick % 100 == 0 {
+        if item.tick.is_multiple_of(100) {
             let recording = Recording::open(&path).unwrap();
             assert!(recording.end.ended_abruptly && recording.end.summary.is_none());
             let last = recording.items.last().map_or(0, |item| item.tick);
@@ -211,9 +216,9 @@ fn a_full_disk_is_said_in_words() {
 #[test]
 fn other_layouts_are_named() {
     let mut other = record(&session(1));
-    let at = other.windows(6).position(|window| window == b"format").unwrap() + 6 + 4;
-    let at = if other[at] == b'1' { at } else { panic!("the layout stands elsewhere") };
-    other[at] = b'9';
+    let key = b"\x06\0\0\0format\x01\0\0\0";
+    let at = other.windows(key.len()).position(|window| window == key).unwrap();
+    other[at + key.len()] = b'9';
     let error = Recording::read(&other[..]).unwrap_err().to_string();
     assert!(error.contains("found layout \"9\", expected layout \"1\""), "{error}");
 }

@@ -10,7 +10,10 @@ use prost_reflect::{DescriptorPool, DynamicMessage};
 
 fn decode(message: &mcap::Message<'_>) -> DynamicMessage {
     let schema = message.channel.schema.as_ref().unwrap();
-    assert_eq!((schema.encoding.as_str(), message.channel.message_encoding.as_str()), ("protobuf", "protobuf"));
+    assert_eq!(
+        (schema.encoding.as_str(), message.channel.message_encoding.as_str()),
+        ("protobuf", "protobuf")
+    );
     let pool = DescriptorPool::decode(&schema.data[..]).unwrap();
     let descriptor = pool.get_message_by_name(&schema.name).unwrap();
     DynamicMessage::decode(descriptor, &message.data[..]).unwrap()

@@ -104,7 +104,8 @@ impl<R: Read> Framing<R> {
     fn next_outer(&mut self) -> Result<Option<u8>, RecordingError> {
         self.body_at = self.position;
         self.read(HEAD_BYTES as u64)?;
-        let Some((&opcode, length)) = self.body.split_first().filter(|_| self.body.len() == HEAD_BYTES) else {
+        let Some((&opcode, length)) = self.body.split_first().filter(|_| self.body.len() == HEAD_BYTES)
+        else {
             self.end = Some(true);
             return Ok(None);
         };
@@ -170,7 +171,8 @@ impl<R: Read> Framing<R> {
         if !is_whole {
             self.end = Some(true);
         }
-        let malformed = |found: String, expected: &str| RecordingError::malformed(self.body_at, found, expected);
+        let malformed =
+            |found: String, expected: &str| RecordingError::malformed(self.body_at, found, expected);
         let Some(header) = ChunkHeader::read(&self.body) else {
             let found = format!("a chunk of {} bytes", self.body.len());
             return if is_whole { Err(malformed(found, "one with a whole header")) } else { Ok(()) };
@@ -208,7 +210,11 @@ impl<R: Read> Framing<R> {
             if self.end == Some(true) {
                 return Ok(None);
             }
-            return Err(RecordingError::malformed(at, "a record that reaches beyond its chunk", "a whole one"));
+            return Err(RecordingError::malformed(
+                at,
+                "a record that reaches beyond its chunk",
+                "a whole one",
+            ));
         };
         self.chunk.start += HEAD_BYTES + body.len();
         Ok(Some(RawRecord { at, opcode, body }))

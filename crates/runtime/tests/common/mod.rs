@@ -18,49 +18,52 @@ use proptest::collection::vec;
 use proptest::option;
 use proptest::prelude::*;
 
-pub fn header() -> RecordingHeader {
+pub(crate) fn header() -> RecordingHeader {
     RecordingHeader {
         cotouch_version: "0.1.0".to_owned(),
         scene_toml: "name = \"single-axis\"\n".to_owned(),
         control_hz: Rate::new(1024, 1).unwrap(),
         epoch_unix_ns: 0,
-        facts: BTreeMap::from([("seed".to_owned(), "7".to_owned()), ("format".to_owned(), "mine".to_owned())]),
+        facts: BTreeMap::from([
+            ("seed".to_owned(), "7".to_owned()),
+            ("format".to_owned(), "mine".to_owned()),
+        ]),
     }
 }
 
 /// The bytes of a finished recording of `items`.
-pub fn record(items: &[RecordItem]) -> Vec<u8> {
+pub(crate) fn record(items: &[RecordItem]) -> Vec<u8> {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("test.mcap");
     write(&path, items);
     std::fs::read(&path).unwrap()
 }
 
-pub fn write(path: &Path, items: &[RecordItem]) {
+pub(crate) fn write(path: &Path, items: &[RecordItem]) {
     let mut recorder = Recorder::create(path, &header()).unwrap();
     items.iter().for_each(|item| recorder.write(item).unwrap());
     recorder.finish(BTreeMap::from([("stable".to_owned(), "true".to_owned())])).unwrap();
 }
 
 /// Equal bit for bit, which `==` is not where something is not a number.
-pub fn bytes(items: &[RecordItem]) -> Vec<Vec<u8>> {
+pub(crate) fn bytes(items: &[RecordItem]) -> Vec<Vec<u8>> {
     items.iter().map(|item| postcard::to_allocvec(item).unwrap()).collect()
 }
 
 /// `ticks` ticks of two hosts, with packets every eighth tick, an event and a state.
-pub fn session(ticks: u64) -> Vec<RecordItem> {
+pub(crate) fn session(ticks: u64) -> Vec<RecordItem> {
     (0..ticks).flat_map(|tick| [0, 1].map(|host| (HostIndex(host), tick))).flat_map(items_of_tick).collect()
 }
 
 fn items_of_tick((host, tick): (HostIndex, u64)) -> Vec<RecordItem> {
     let mut kinds = Vec::new();
-    if tick % 1000 == 0 {
+    if tick.is_multiple_of(1000) {
         kinds.push(RecordKind::State(vec![host.0, 1, 2]));
     }
     if tick == 3 {
         kinds.push(RecordKind::Presence { peer: HostIndex(1 - host.0), present: true });
     }
-    if tick % 8 == 0 {
+    if tick.is_multiple_of(8) {
         kinds.push(RecordKind::Sent { to: None, packet: packet(tick / 8) });
         kinds.push(RecordKind::Received { from: HostIndex(1 - host.0), packet: packet(tick / 8) });
     }
@@ -68,7 +71,7 @@ fn items_of_tick((host, tick): (HostIndex, u64)) -> Vec<RecordItem> {
     kinds.into_iter().map(|kind| RecordItem { host, tick, kind }).collect()
 }
 
-pub fn tick_record(tick: u64) -> TickRecord {
+pub(crate) fn tick_record(tick: u64) -> TickRecord {
     let place = tick as f64 * 1e-3;
     TickRecord {
         instant: Rate::new(1024, 1).unwrap().instant(tick),
@@ -90,7 +93,7 @@ fn packet(step: u64) -> StatePacket {
 }
 
 /// Any bit pattern, the odd ones often.
-pub fn any_real() -> impl Strategy<Value = f64> {
+pub(crate) fn any_real() -> impl Strategy<Value = f64> {
     let odd = [0.0, -0.0, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, -f64::NAN, f64::from_bits(1), f64::MAX];
     prop_oneof![any::<u64>().prop_map(f64::from_bits), prop::sample::select(odd.to_vec())]
 }
@@ -114,7 +117,11 @@ fn any_wrench() -> impl Strategy<Value = Wrench> {
 
 fn any_entry() -> impl Strategy<Value = Entry> {
     prop_oneof![
-        (any::<u8>(), any_pose(), any_twist()).prop_map(|(point, pose, twist)| Entry::Hand { point, pose, twist }),
+        (any::<u8>(), any_pose(), any_twist()).prop_map(|(point, pose, twist)| Entry::Hand {
+            point,
+            pose,
+            twist
+        }),
         (any::<u8>(), any_pose(), any_twist()).prop_map(|(object, pose, twist)| Entry::Object {
             object,
             pose,
@@ -182,6 +189,6 @@ fn any_kind() -> impl Strategy<Value = RecordKind> {
     ]
 }
 
-pub fn any_item() -> impl Strategy<Value = RecordItem> {
+pub(crate) fn any_item() -> impl Strategy<Value = RecordItem> {
     (any_host(), any::<u64>(), any_kind()).prop_map(|(host, tick, kind)| RecordItem { host, tick, kind })
 }
