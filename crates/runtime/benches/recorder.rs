@@ -1,1 +1,62 @@
-fn main(){}
+//! What recording a tick costs: the haptic thread, and the recorder's.
+
+use std::hint::black_box;
+
+use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordSink, record_ring};
+use cotouch_runtime::record::{RecordItem, RecordKind, TickRecord};
+use cotouch_runtime::recorder::{Recorder, RecordingHeader};
+use cotouch_runtime::recording::RecordingReader;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::time::Rate;
+use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
+
+const TICKS: u64 = 1024;
+
+fn ticks() -> Vec<RecordItem> {
+    let record = TickRecord {
+        steps_in_use: [None, Some(70)].into_iter().collect(),
+        fades: [0.0, 1.0].into_iter().collect(),
+        ..TickRecord::default()
+    };
+    let item = |tick| RecordItem { host: HostIndex(0), tick, kind: RecordKind::Tick(record.clone()) };
+    (0..TICKS).map(item).collect()
+}
+
+fn header() -> RecordingHeader {
+    RecordingHeader {
+        cotouch_version: String::new(),
+        scene_toml: String::new(),
+        control_hz: Rate::new(1024, 1).expect("a rate"),
+        epoch_unix_ns: 0,
+        facts: Default::default(),
+    }
+}
+
+fn benchmark(criterion: &mut Criterion) {
+    let items = ticks();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("bench.mcap");
+    let mut group = criterion.benchmark_group("recorder, a tick");
+    group.throughput(Throughput::Elements(TICKS));
+    group.bench_function("haptic thread: into the ring", |bencher| {
+        bencher.iter_batched_ref(
+            || record_ring(HostIndex(0), DEFAULT_CAPACITY),
+            |(producer, _consumer)| items.iter().for_each(|item| producer.record(black_box(item))),
+            BatchSize::PerIteration,
+        );
+    });
+    group.bench_function("recorder: into the file", |bencher| {
+        bencher.iter_batched_ref(
+            || Recorder::create(&path, &header()).expect("a recorder"),
+            |recorder| items.iter().for_each(|item| recorder.record(black_box(item))),
+            BatchSize::PerIteration,
+        );
+    });
+    group.bench_function("reader: out of the file", |bencher| {
+        bencher.iter(|| RecordingReader::open(&path).expect("a recording").map(black_box).count());
+    });
+    group.finish();
+}
+
+criterion_group!(benches, benchmark);
+criterion_main!(benches);

@@ -78,8 +78,7 @@ fn write_names(table: &mut csv::Writer<impl Write>, record: &TickRecord) -> Resu
 }
 
 fn row(host: HostIndex, tick: u64, record: &TickRecord) -> Vec<String> {
-    let mut cells =
-        vec![host.to_string(), tick.to_string(), format!("{:?}", record.instant.as_secs_f64())];
+    let mut cells = vec![host.to_string(), tick.to_string(), format!("{:?}", record.instant.as_secs_f64())];
     visit_fields(record, |_, value| cells.push(value.to_string()));
     cells
 }

@@ -79,8 +79,8 @@ pub enum RecordError {
     Write {
         /// Its path.
         path: PathBuf,
-        /// What went wrong: mostly what the system said.
-        source: McapError,
+        /// What the system said.
+        source: io::Error,
     },
     /// An item is longer than any may be.
     #[error("an item at tick {tick} takes {bytes} bytes; at most {LONGEST_MESSAGE} are allowed")]
@@ -90,6 +90,16 @@ pub enum RecordError {
         /// Its length.
         bytes: usize,
     },
+}
+
+impl RecordError {
+    fn write(path: &Path, error: McapError) -> Self {
+        let source = match error {
+            McapError::Io(source) => source,
+            other => io::Error::other(other),
+        };
+        Self::Write { path: path.to_owned(), source }
+    }
 }
 
 /// Writes one recording.
@@ -123,7 +133,7 @@ impl Recorder {
         };
         match Self::begin(path.clone(), file, header) {
             Ok(recorder) => Ok(recorder),
-            Err(source) => Err(RecordError::Write { path, source }),
+            Err(error) => Err(RecordError::write(&path, error)),
         }
     }
 
@@ -173,7 +183,7 @@ impl Recorder {
             self.flush()?;
             self.flush_at_ns = instant_ns.saturating_add(FLUSH_PERIOD_NS);
         }
-        self.append(item, stream, instant_ns).map_err(|source| self.write_error(source))?;
+        self.append(item, stream, instant_ns).map_err(|error| RecordError::write(&self.path, error))?;
         self.items += 1;
         if let RecordKind::Note(Note::Dropped { items }) = item.kind {
             self.dropped = self.dropped.saturating_add(items);
@@ -210,7 +220,7 @@ impl Recorder {
     /// # Errors
     /// When the file cannot be written on.
     pub fn flush(&mut self) -> Result<(), RecordError> {
-        self.writer.flush().map_err(|source| self.write_error(source))
+        self.writer.flush().map_err(|error| RecordError::write(&self.path, error))
     }
 
     /// Flushes when half a second has passed on this computer's clock since it last did so. A recorder thread calls
@@ -241,12 +251,8 @@ impl Recorder {
         let summary = RecordingSummary { items: self.items, dropped: self.dropped, facts };
         match end(self.writer, &summary) {
             Ok(()) => Ok(summary),
-            Err(source) => Err(RecordError::Write { path: self.path, source }),
+            Err(error) => Err(RecordError::write(&self.path, error)),
         }
-    }
-
-    fn write_error(&self, source: McapError) -> RecordError {
-        RecordError::Write { path: self.path.clone(), source }
     }
 }
 

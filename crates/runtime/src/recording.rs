@@ -4,6 +4,7 @@
 //! what was expected. A file that just stops (a killed process, a full disk) is no error: all its whole items are read,
 //! and [`RecordingEnd::ended_abruptly`] is set.
 
+mod fields;
 mod framing;
 
 use std::collections::{BTreeMap, HashMap};
@@ -12,13 +13,14 @@ use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
 
 use cotouch_scene::names::HostIndex;
-use mcap::records::{Record, op};
+use mcap::records::op;
 
 use crate::messages::{self, Stream};
 use crate::record::RecordItem;
 use crate::recorder::{
     ENCODING, FACT, FORMAT, HEADER_RECORD, LONGEST_MESSAGE, RecordingHeader, RecordingSummary, SUMMARY_RECORD,
 };
+use fields::{Channel, Message, Metadata, Schema};
 use framing::{Framing, RawRecord};
 
 /// Why a recording cannot be read.
@@ -222,9 +224,9 @@ fn read_header<R: Read>(framing: &mut Framing<R>) -> Result<RecordingHeader, Rec
     while let Some(record) = framing.next_record()? {
         match record.opcode {
             op::METADATA => {
-                let (name, entries) = metadata(&record)?;
+                let Metadata { name, entries } = record.parse()?;
                 if name == HEADER_RECORD {
-                    return parse_header(entries);
+                    return parse_header(&entries);
                 }
             }
             op::MESSAGE => break,
@@ -234,43 +236,49 @@ fn read_header<R: Read>(framing: &mut Framing<R>) -> Result<RecordingHeader, Rec
     Err(RecordingError::foreign("none", expected))
 }
 
-fn parse_header(mut entries: BTreeMap<String, String>) -> Result<RecordingHeader, RecordingError> {
-    let mut take = |key: &str| {
+fn parse_header(entries: &BTreeMap<&str, &str>) -> Result<RecordingHeader, RecordingError> {
+    let find = |key: &str| {
         let missing = || RecordingError::foreign(format!("no {key} in its header"), "one");
-        entries.remove(key).ok_or_else(missing)
+        entries.get(key).copied().ok_or_else(missing)
     };
-    let format = take("format")?;
+    let format = find("format")?;
     if format != FORMAT {
         return Err(RecordingError::foreign(format!("layout {format:?}"), format!("layout {FORMAT:?}")));
     }
-    let control_hz = take("control_hz")?;
-    let epoch = take("epoch_unix_ns")?;
+    let epoch = find("epoch_unix_ns")?;
+    let rate = find("control_hz")?;
     Ok(RecordingHeader {
-        cotouch_version: take("cotouch_version")?,
-        scene_toml: take("scene_toml")?,
-        control_hz: control_hz.parse().map_err(|error| RecordingError::foreign(error, "control_hz"))?,
-        epoch_unix_ns: epoch
+        cotouch_version: find("cotouch_version")?.to_owned(),
+        scene_toml: find("scene_toml")?.to_owned(),
+        control_hz: rate
             .parse()
-            .map_err(|_| RecordingError::foreign(format!("epoch_unix_ns {epoch:?}"), "nanoseconds"))?,
+            .map_err(|_| RecordingError::foreign(format!("control_hz = {rate:?}"), "a rate in hertz"))?,
+        epoch_unix_ns: epoch.parse().map_err(|_| {
+            RecordingError::foreign(format!("epoch_unix_ns = {epoch:?}"), "nanoseconds since 1970")
+        })?,
         facts: facts(entries),
     })
 }
 
-fn facts(entries: BTreeMap<String, String>) -> BTreeMap<String, String> {
-    let fact = |(name, value): (String, String)| Some((name.strip_prefix(FACT)?.to_owned(), value));
-    entries.into_iter().filter_map(fact).collect()
+fn facts(entries: &BTreeMap<&str, &str>) -> BTreeMap<String, String> {
+    let fact =
+        |(name, value): (&&str, &&str)| Some((name.strip_prefix(FACT)?.to_owned(), (*value).to_owned()));
+    entries.iter().filter_map(fact).collect()
 }
 
-fn note_summary(summary: &mut Option<RecordingSummary>, record: &RawRecord<'_>) -> Result<(), RecordingError> {
-    let (name, mut entries) = metadata(record)?;
+fn note_summary(
+    summary: &mut Option<RecordingSummary>,
+    record: &RawRecord<'_>,
+) -> Result<(), RecordingError> {
+    let Metadata { name, entries } = record.parse()?;
     if name == SUMMARY_RECORD {
-        let mut count = |key: &str| {
-            let text = entries.remove(key).unwrap_or_default();
+        let count = |key: &str| {
+            let text = entries.get(key).copied().unwrap_or_default();
             let error = |_| RecordingError::malformed(record.at, format!("{key} = {text:?}"), "a count");
             text.parse::<u64>().map_err(error)
         };
         let (items, dropped) = (count("items")?, count("dropped")?);
-        *summary = Some(RecordingSummary { items, dropped, facts: facts(entries) });
+        *summary = Some(RecordingSummary { items, dropped, facts: facts(&entries) });
     }
     Ok(())
 }
@@ -279,9 +287,9 @@ fn note_schema(
     schemas: &mut HashMap<u16, Option<Stream>>,
     record: &RawRecord<'_>,
 ) -> Result<(), RecordingError> {
-    let Record::Schema { header, .. } = parse(record)? else { return Ok(()) };
-    let known = Stream::ALL.into_iter().find(|stream| stream.schema() == header.name);
-    schemas.insert(header.id, known.filter(|_| header.encoding == ENCODING));
+    let Schema { id, name, encoding } = record.parse()?;
+    let known = Stream::ALL.into_iter().find(|stream| stream.schema() == name);
+    schemas.insert(id, known.filter(|_| encoding == ENCODING));
     Ok(())
 }
 
@@ -290,8 +298,8 @@ fn note_channel(
     schemas: &HashMap<u16, Option<Stream>>,
     record: &RawRecord<'_>,
 ) -> Result<(), RecordingError> {
-    let Record::Channel(channel) = parse(record)? else { return Ok(()) };
-    let ours = messages::parse_topic(&channel.topic);
+    let channel: Channel<'_> = record.parse()?;
+    let ours = messages::parse_topic(channel.topic);
     if let Some((_, stream)) = ours {
         let schema = schemas.get(&channel.schema_id).copied().flatten();
         if schema != Some(stream) || channel.message_encoding != ENCODING {
@@ -312,14 +320,14 @@ fn read_item(
     number: u64,
     record: &RawRecord<'_>,
 ) -> Result<Option<RecordItem>, RecordingError> {
-    let Record::Message { header, data } = parse(record)? else { return Ok(None) };
-    let Some(&channel) = channels.get(&header.channel_id) else {
-        let found = format!("a message on channel {}", header.channel_id);
+    let Message { channel_id, sequence, data } = record.parse()?;
+    let Some(&channel) = channels.get(&channel_id) else {
+        let found = format!("a message on channel {channel_id}");
         return Err(RecordingError::malformed(record.at, found, "a channel that was announced before"));
     };
     let Some((host, stream)) = channel else { return Ok(None) };
-    if header.sequence != number as u32 {
-        let found = format!("item {}", header.sequence);
+    if sequence != number as u32 {
+        let found = format!("item {sequence}");
         return Err(RecordingError::malformed(record.at, found, format!("item {}", number as u32)));
     }
     if data.len() > LONGEST_MESSAGE {
@@ -328,18 +336,5 @@ fn read_item(
     }
     let expected = format!("item {number}, a message on {}", messages::topic(host, stream));
     let malformed = |error| RecordingError::malformed(record.at, error, expected);
-    messages::decode(host, stream, &data).map(Some).map_err(malformed)
-}
-
-fn metadata(record: &RawRecord<'_>) -> Result<(String, BTreeMap<String, String>), RecordingError> {
-    match parse(record)? {
-        Record::Metadata(metadata) => Ok((metadata.name, metadata.metadata)),
-        _ => Ok(Default::default()),
-    }
-}
-
-fn parse<'a>(record: &RawRecord<'a>) -> Result<Record<'a>, RecordingError> {
-    let expected = || format!("the fields of an MCAP record with opcode {:#04x}", record.opcode);
-    mcap::parse_record(record.opcode, record.body)
-        .map_err(|error| RecordingError::malformed(record.at, error, expected()))
+    messages::decode(host, stream, data).map(Some).map_err(malformed)
 }

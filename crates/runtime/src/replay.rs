@@ -64,13 +64,7 @@ pub struct Difference {
 impl fmt::Display for Difference {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let shown = |text: &str| if text.is_empty() { "nothing".to_owned() } else { text.to_owned() };
-        write!(
-            formatter,
-            "{} was {} and is {}",
-            self.field,
-            shown(&self.recorded),
-            shown(&self.replayed)
-        )
+        write!(formatter, "{} was {} and is {}", self.field, shown(&self.recorded), shown(&self.replayed))
     }
 }
 

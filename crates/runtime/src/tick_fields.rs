@@ -124,7 +124,11 @@ fn whole(number: u64) -> Value {
     Value::Whole(number.into())
 }
 
-fn visit_hosts(name: &'static str, values: impl Iterator<Item = Value>, visit: &mut impl FnMut(Field, Value)) {
+fn visit_hosts(
+    name: &'static str,
+    values: impl Iterator<Item = Value>,
+    visit: &mut impl FnMut(Field, Value),
+) {
     for (host, value) in (0..).map(HostIndex).zip(values) {
         visit(Field { host: Some(host), ..plain(name) }, value);
     }

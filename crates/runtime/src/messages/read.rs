@@ -83,7 +83,7 @@ fn packet(step: u64, messages: &[types::Entry]) -> Result<StatePacket, Malformed
 
 fn entry(message: &types::Entry) -> Result<Entry, MalformedMessage> {
     let motion = |motion: types::Motion| (pose(motion.pose), twist(motion.twist));
-    match message.kind {
+    match &message.kind {
         Some(types::entry::Kind::Hand(hand)) => {
             let (pose, twist) = motion(hand.motion);
             Ok(Entry::Hand { point: byte("haptic interface point", hand.point)?, pose, twist })

@@ -105,9 +105,10 @@ fn entry_kind(entry: &Entry) -> types::entry::Kind {
         Entry::Hand { point, pose, twist } => {
             types::entry::Kind::Hand(types::Hand { point: u32::from(*point), motion: motion(pose, twist) })
         }
-        Entry::Object { object, pose, twist } => {
-            types::entry::Kind::Object(types::Object { object: u32::from(*object), motion: motion(pose, twist) })
-        }
+        Entry::Object { object, pose, twist } => types::entry::Kind::Object(types::Object {
+            object: u32::from(*object),
+            motion: motion(pose, twist),
+        }),
         Entry::Force { point, wrench: rendered } => {
             types::entry::Kind::Force(types::Force { point: u32::from(*point), wrench: wrench(rendered) })
         }
@@ -128,7 +129,10 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
         }
         RecordKind::Release => (Kind::Release, "the governor lets go".to_owned(), None, None, None),
         RecordKind::Note(note) => note_parts(note),
-        RecordKind::Received { .. } | RecordKind::Sent { .. } | RecordKind::Tick(_) | RecordKind::State(_) => {
+        RecordKind::Received { .. }
+        | RecordKind::Sent { .. }
+        | RecordKind::Tick(_)
+        | RecordKind::State(_) => {
             unreachable!("encode sends these to their own streams")
         }
     };

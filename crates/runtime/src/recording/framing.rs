@@ -1,7 +1,7 @@
 //! MCAP's outer layer (<https://mcap.dev/spec>): records one after another, most of them in chunks.
 //!
-//! The `mcap` crate parses the records themselves. Its readers neither say where in the file something is wrong nor
-//! give back what a cut-off chunk holds, and they trust lengths inside chunks; so this layer is here.
+//! The `mcap` crate's readers neither say where in the file something is wrong nor give back what a cut-off chunk
+//! holds, and (version 0.26) they trust some of the lengths in a file; so this layer is here.
 
 use std::io::{self, Read};
 use std::ops::Range;
@@ -9,6 +9,7 @@ use std::ops::Range;
 use mcap::records::op;
 
 use super::RecordingError;
+use super::fields::FromFields;
 
 /// Longest record, chunks included, bytes. A recorder's chunks hold half a megabyte and one item more.
 const LONGEST_RECORD: u64 = 16 << 20;
@@ -25,6 +26,17 @@ pub(super) struct RawRecord<'a> {
     pub(super) at: u64,
     pub(super) opcode: u8,
     pub(super) body: &'a [u8],
+}
+
+impl<'a> RawRecord<'a> {
+    /// The record's fields.
+    pub(super) fn parse<F: FromFields<'a>>(&self) -> Result<F, RecordingError> {
+        let malformed = || {
+            let found = format!("a record of {} bytes with fields that do not fit", self.body.len());
+            RecordingError::malformed(self.at, found, format!("the fields of an MCAP {} record", F::NAME))
+        };
+        F::parse(self.body).ok_or_else(malformed)
+    }
 }
 
 /// Hands out the records of a file, those in chunks too.
@@ -92,7 +104,8 @@ impl<R: Read> Framing<R> {
     fn next_outer(&mut self) -> Result<Option<u8>, RecordingError> {
         self.body_at = self.position;
         self.read(HEAD_BYTES as u64)?;
-        let Some((&opcode, length)) = self.body.split_first().filter(|_| self.body.len() == HEAD_BYTES) else {
+        let Some((&opcode, length)) = self.body.split_first().filter(|_| self.body.len() == HEAD_BYTES)
+        else {
             self.end = Some(true);
             return Ok(None);
         };
@@ -158,7 +171,8 @@ impl<R: Read> Framing<R> {
         if !is_whole {
             self.end = Some(true);
         }
-        let malformed = |found: String, expected: &str| RecordingError::malformed(self.body_at, found, expected);
+        let malformed =
+            |found: String, expected: &str| RecordingError::malformed(self.body_at, found, expected);
         let Some(header) = ChunkHeader::read(&self.body) else {
             let found = format!("a chunk of {} bytes", self.body.len());
             return if is_whole { Err(malformed(found, "one with a whole header")) } else { Ok(()) };
@@ -196,7 +210,11 @@ impl<R: Read> Framing<R> {
             if self.end == Some(true) {
                 return Ok(None);
             }
-            return Err(RecordingError::malformed(at, "a record that reaches beyond its chunk", "a whole one"));
+            return Err(RecordingError::malformed(
+                at,
+                "a record that reaches beyond its chunk",
+                "a whole one",
+            ));
         };
         self.chunk.start += HEAD_BYTES + body.len();
         Ok(Some(RawRecord { at, opcode, body }))
