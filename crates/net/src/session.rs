@@ -177,7 +177,7 @@ pub struct PeerInfo {
 }
 
 /// One host's end of a session. Deterministic: the same calls give the same answers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Endpoint {
     config: Config,
     /// Tells this life of this host from earlier ones.
@@ -199,7 +199,7 @@ pub struct Endpoint {
     counters: Counters,
 }
 
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 enum Role {
     Server(Server),
     Follower(Follower),

@@ -1,6 +1,6 @@
 //! The one pacing thread of a process: every host's tick at its instant.
 
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use cotouch_device::device::Device;
@@ -10,6 +10,7 @@ use cotouch_scene::time::Rate;
 use hdrhistogram::Histogram;
 
 use crate::clock;
+use crate::priority;
 use crate::record::{Note, TickRecord};
 use crate::snapshot::HostSnapshot;
 use crate::station::{Punctuality, Station};
@@ -59,6 +60,8 @@ pub(crate) struct Control {
     pub(crate) elapsed_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
+    /// What the system did not allow the haptic thread.
+    pub(crate) warning: Mutex<Option<String>>,
 }
 
 /// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
@@ -68,6 +71,8 @@ pub(crate) fn run(
     duration_s: Option<f64>,
     control: &Arc<Control>,
 ) -> Vec<HapticHost> {
+    let warning = priority::raise_haptic_thread();
+    *control.warning.lock().unwrap_or_else(PoisonError::into_inner) = warning;
     if let Some(first) = wait_for_start(&mut hosts, rate, control) {
         run_ticks(&mut hosts, rate, first, duration_s, control);
     }

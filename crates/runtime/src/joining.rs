@@ -1,12 +1,18 @@
 //! How a host comes into a session: the protocol's configuration for a scene.
 
-use std::net::SocketAddr;
+use std::io;
+use std::net::{SocketAddr, UdpSocket};
+use std::time::Duration;
 
+use cotouch_net::message::Refusal;
+use cotouch_net::scene_fetch::{SceneFetch, SceneFetchError};
 use cotouch_net::session::{Config, Endpoint, StartWhen};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
 
+use crate::clock;
+use crate::real_time::StartError;
 use crate::transport::{HapticPort, Transport};
 
 /// A host that takes part, with its network threads.
@@ -36,6 +42,38 @@ pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: SocketAddr, n
     let mut config = config(scene, instance_seed(now));
     config.user = user.map(str::to_owned);
     Endpoint::join(config, server, now)
+}
+
+/// Asks the server for its scene; blocks for at most `patience`.
+///
+/// # Errors
+/// When nobody answers, or what comes is no scene.
+pub(crate) fn fetch_scene(
+    socket: &UdpSocket,
+    server: SocketAddr,
+    patience: Duration,
+) -> Result<Scene, StartError> {
+    let now = clock::now();
+    let mut fetch = SceneFetch::new(server, instance_seed(now), now, patience.as_nanos() as i64);
+    let mut datagram = [0; 2048];
+    socket.set_read_timeout(Some(Duration::from_millis(20))).map_err(StartError::Thread)?;
+    let text = loop {
+        if let Some(result) = fetch.result() {
+            break result.clone().map_err(|error| match error {
+                SceneFetchError::Refused(Refusal::NoAnswer) => StartError::Silence { server },
+                error => StartError::Scene { server, reason: error.to_string() },
+            })?;
+        }
+        while let Some(transmit) = fetch.poll_transmit(clock::now()) {
+            // What cannot be sent is asked for again.
+            let _: io::Result<usize> = socket.send_to(&transmit.bytes, transmit.to);
+        }
+        if let Ok((length, from)) = socket.recv_from(&mut datagram) {
+            fetch.handle_datagram(clock::now(), from, &datagram[..length]);
+        }
+    };
+    cotouch_scene::parse(&text, "the server's scene", None, &[])
+        .map_err(|errors| StartError::Scene { server, reason: errors.to_string() })
 }
 
 fn config(scene: &Scene, seed: u64) -> Config {

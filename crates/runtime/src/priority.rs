@@ -1,6 +1,6 @@
 //! Asking the operating system to let the haptic thread run when it is due.
 
-use thread_priority::{ThreadPriority, set_current_thread_priority};
+use thread_priority::ThreadPriority;
 
 /// A stack that is small enough to be locked into memory, and ample for a tick.
 pub const HAPTIC_STACK_BYTES: usize = 512 * 1024;
@@ -43,7 +43,7 @@ fn raise_to_fifo() -> Result<(), thread_priority::Error> {
 
 #[cfg(not(target_os = "linux"))]
 fn raise_to_fifo() -> Result<(), thread_priority::Error> {
-    set_current_thread_priority(ThreadPriority::Max)
+    thread_priority::set_current_thread_priority(ThreadPriority::Max)
 }
 
 #[cfg(target_os = "linux")]

@@ -82,7 +82,7 @@ pub enum StartError {
     Hand(#[from] HandError),
     /// The recording cannot be written.
     #[error(transparent)]
-    Recording(#[from] crate::recorder::RecorderError),
+    Recording(#[from] crate::recorder::RecordError),
 }
 
 /// The scene as a real network can play it, and a sentence when that differs from what was asked for.

@@ -225,3 +225,97 @@ fn is_printable(text: &str, min: usize, max: usize) -> bool {
     };
     (min..=max).contains(&text.chars().count()) && text.trim() == text && !text.chars().any(hidden)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::parts::{ACTIONS, IMPAIRMENT, USER, WAY};
+    use super::scene::SCENE;
+    use super::*;
+    use crate::blank;
+    use crate::error::Place;
+
+    fn read(kind: &Kind, text: &str) -> Option<Value> {
+        kind.read(&crate::tree::parse_value(text, &Place::file("test")).unwrap())
+    }
+
+    /// Both ends of a key's range are taken, and nothing beyond them.
+    fn check_ends<T>(key: &Key<T>) {
+        let name = key.name;
+        let (inside, outside): (Vec<String>, Vec<String>) = match key.kind {
+            Kind::Number { min, max } => {
+                (vec![plain(min), plain(max)], vec![plain(min.next_down()), plain(max.next_up())])
+            }
+            Kind::Count { min, max } => {
+                let outside = vec![(i128::from(min) - 1).to_string(), (u128::from(max) + 1).to_string(), "2.5".into()];
+                (vec![min.to_string(), max.to_string()], outside)
+            }
+            Kind::Rate { min, max } => {
+                let inside = vec![min.to_string(), format!("{max}.0"), format!("\"{}/10\"", max * 10)];
+                (inside, vec![format!("0.{}", "9".repeat(9)), format!("{max}.0000001"), "0".into(), "-1".into()])
+            }
+            Kind::Choice(words) => (words.iter().map(|w| format!("\"{w}\"")).collect(), vec!["\"other\"".into()]),
+            Kind::Text { min, max } => {
+                let text = |length: usize| format!("\"{}\"", "é".repeat(length));
+                let mut outside = vec![text(max + 1), "\" a\"".into(), "\"a\\nb\"".into(), "\"a\\u202eb\"".into()];
+                outside.extend((min > 0).then(|| text(min - 1)));
+                (vec![text(min), text(max)], outside)
+            }
+            Kind::Flag => (vec!["true".into(), "false".into()], vec!["1".into(), "\"true\"".into()]),
+            Kind::Vector { max } => {
+                let (end, beyond) = (plain(max), plain(max.next_up()));
+                let inside = vec![end.clone(), format!("[0, -{end}, {end}]")];
+                (inside, vec![beyond.clone(), format!("[0, 0, -{beyond}]"), "[1, 2]".into(), "[1, 2, nan]".into()])
+            }
+        };
+        for text in &inside {
+            assert!(read(&key.kind, text).is_some(), "{name} = {text}");
+        }
+        let nonsense = ["nan", "inf", "-inf", "1979-05-27", "{}", "[]"].map(str::to_owned);
+        for text in outside.iter().chain(&nonsense) {
+            assert!(read(&key.kind, text).is_none(), "{name} = {text}");
+        }
+    }
+
+    /// Every key says what it is, has a default that it would itself accept, and sets its own field.
+    fn check_key<T: Clone>(key: &Key<T>, blank: &T) {
+        let name = key.name;
+        assert!(key.doc.ends_with('.') && key.doc.len() > 3, "{name}: {}", key.doc);
+        let has_unit = ["_s", "_m", "_kg", "_hz", "_n", "_rad", "_periods", "_packets"].iter().any(|end| name.ends_with(end));
+        assert_eq!(has_unit, !key.unit.is_empty(), "{name}");
+        if let Fallback::Is(text) = key.fallback {
+            let value = key.kind.read_word(text);
+            assert!(value.as_ref().is_some_and(|value| key.kind.admit(value.clone()).is_some()), "{name}");
+            assert_eq!(key.default(blank), value, "{name}");
+        }
+        let mut owner = blank.clone();
+        for value in samples(&key.kind) {
+            (key.access.set)(&mut owner, value.clone());
+            assert_eq!((key.access.get)(&owner), value, "{name}");
+        }
+        check_ends(key);
+    }
+
+    fn samples(kind: &Kind) -> Vec<Value> {
+        match *kind {
+            Kind::Number { min, max } => vec![Value::Number(min), Value::Number(max)],
+            Kind::Count { min, max } => vec![Value::Count(min), Value::Count(max)],
+            Kind::Rate { max, .. } => vec![Value::Rate(Rate::new(max, 7).unwrap())],
+            Kind::Choice(words) => words.iter().map(|&word| Value::Text(word.to_owned())).collect(),
+            Kind::Text { .. } => vec![Value::Text("any".to_owned())],
+            Kind::Flag => vec![Value::Flag(true), Value::Flag(false)],
+            Kind::Vector { max } => vec![Value::Vector(glam::DVec3::new(max, 1.0, -1.0))],
+        }
+    }
+
+    #[test]
+    fn every_key_is_what_it_says() {
+        SCENE.iter().for_each(|key| check_key(key, &blank::scene("test".to_owned())));
+        IMPAIRMENT.iter().for_each(|key| check_key(key, &crate::scene::Impairment::NONE));
+        WAY.iter().for_each(|key| check_key(key, &blank::way()));
+        USER.iter().for_each(|key| check_key(key, &blank::user(1)));
+        for kind in ACTIONS {
+            assert!((kind.is)(&kind.blank), "{}", kind.word);
+            kind.keys.iter().for_each(|key| check_key(key, &kind.blank));
+        }
+    }
+}

@@ -1,5 +1,34 @@
 //! What a cotouch session is, and the words that all other crates share.
+//!
+//! A *scene* says who touches what, through which couplings, at which rates, over which links. From that one value the
+//! analysis derives the loop, and the virtual-time and real-time runs step it. This crate reads scenes (TOML files,
+//! built-in ones, and `--set` overrides), checks every number against a stated range and every key against the others,
+//! and reports all problems at once, each in one sentence with its place. A [`scene::Scene`] that exists is valid.
+//!
+//! ```
+//! use cotouch_scene::{Override, load, parse, to_toml};
+//!
+//! let softer: Override = "coupling.hand_object.stiffness_n_per_m=1e3".parse()?;
+//! let scene = load("single-axis", &[softer])?;
+//! assert_eq!(scene.coupling.hand_object.stiffness_n_per_m, 1000.0);
+//! assert_eq!(parse(&to_toml(&scene), "copy.toml", None, &[])?, scene);
+//!
+//! let wrong = parse("[hand]\nmass_kg = -0.1", "lab.toml", None, &[]).unwrap_err();
+//! assert_eq!(
+//!     wrong.to_string(),
+//!     "lab.toml:2: hand.mass_kg is -0.1; it must be a number from 0.0001 to 1000 (kg)"
+//! );
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
+//! What a key is (kind, range, default, unit, meaning) is stated once, in `keys/`; from there come reading, `--set`,
+//! [`to_toml`], [`json_schema`] and the [`reference`]. Values that a scene writes stay when its architecture is
+//! changed by an override; only couplings that it leaves out take Table 6.1 of the thesis for the architecture.
+//!
+//! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
+//! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`].
 
+pub mod access;
 mod blank;
 pub mod builtin;
 mod check;
@@ -9,9 +38,20 @@ pub mod geometry;
 mod keys;
 pub mod names;
 pub mod overrides;
+pub mod reference;
 pub mod scene;
+pub mod schema;
 pub mod source;
 pub mod time;
 mod tree;
 mod unknown;
 pub mod value;
+pub mod write;
+
+pub use access::with_override;
+pub use error::{SceneError, SceneErrors};
+pub use overrides::Override;
+pub use scene::Scene;
+pub use schema::json_schema;
+pub use source::{Source, load, parse, parse_bytes};
+pub use write::{scene_hash, to_toml};

@@ -1,6 +1,6 @@
 //! What a session is, as typed values: the result of reading and checking a scene file.
 //!
-//! A [`Scene`] that exists is valid: [`crate::check`] makes it, and every number in it lies in its stated range.
+//! A [`Scene`] that exists is valid: reading makes it ([`crate::load`]), and every number in it lies in its stated range.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};

@@ -49,12 +49,15 @@ pub(crate) fn refuse(rest: Table, prefix: &str, path: &str, known: &[String], er
                 found,
                 allowed: format!("a table with {}", inside.join(", ")),
             },
-            _ => {
-                Problem::UnknownKey { key: shorten(&format!("{prefix}{path}")), hint: hint(prefix, &path, known) }
-            }
+            _ => problem(prefix, &path, known),
         };
         errors.push(SceneError { place: node.place, problem });
     }
+}
+
+/// What is wrong with a key that is not among `known`.
+pub(crate) fn problem(prefix: &str, path: &str, known: &[String]) -> Problem {
+    Problem::UnknownKey { key: shorten(&format!("{prefix}{path}")), hint: hint(prefix, path, known) }
 }
 
 fn hint(prefix: &str, path: &str, known: &[String]) -> String {

@@ -11,7 +11,7 @@ use super::{Endpoint, Event, Phase, Presence, Role};
 use crate::message::{Control, Join, Refusal, Roster, RosterEntry, Text};
 
 /// What a host that joined another remembers of that.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Follower {
     pub(super) server: SocketAddr,
     cookie: u64,

@@ -17,7 +17,7 @@ const TAKEOVER_SILENCE_NS: i64 = 1_000 * MILLISECOND;
 const TAKEOVER_WAIT_NS: i64 = 2_000 * MILLISECOND;
 
 /// What only host 0 remembers.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Server {
     /// Key of the cookies.
     secret: u64,

@@ -1,0 +1,166 @@
+//! From messages back to items. Bytes come from outside: whatever they are, the answer is an item or an error.
+
+use arrayvec::ArrayVec;
+use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::time::SessionTime;
+use cotouch_world::rigid::BodyState;
+use glam::{DQuat, DVec3};
+use prost::Message;
+
+use super::{Stream, types};
+use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+
+/// Why bytes are no message of their stream.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub(crate) enum MalformedMessage {
+    #[error("bytes that are no protobuf message of its type ({0})")]
+    Protobuf(#[from] prost::DecodeError),
+    #[error("{found} {what}, where at most {most} are allowed")]
+    TooMany { what: &'static str, found: usize, most: usize },
+    #[error("{what} {found}, where {least} to {most} are allowed")]
+    OutOfRange { what: &'static str, found: u64, least: u64, most: u64 },
+    #[error("{0}")]
+    Missing(&'static str),
+}
+
+/// The item that a message of `stream` of `host` says.
+pub(crate) fn decode(host: HostIndex, stream: Stream, bytes: &[u8]) -> Result<RecordItem, MalformedMessage> {
+    let (tick, kind) = match stream {
+        Stream::Tick => tick_record(types::Tick::decode(bytes)?)?,
+        Stream::Received => received(types::Received::decode(bytes)?)?,
+        Stream::Sent => sent(types::Sent::decode(bytes)?)?,
+        Stream::Events => event(types::Event::decode(bytes)?)?,
+        Stream::State => {
+            let types::State { tick, state } = types::State::decode(bytes)?;
+            (tick, RecordKind::State(state))
+        }
+    };
+    Ok(RecordItem { host, tick, kind })
+}
+
+type TickAndKind = (u64, RecordKind);
+
+fn tick_record(message: types::Tick) -> Result<TickAndKind, MalformedMessage> {
+    let record = TickRecord {
+        instant: SessionTime(message.instant_ns),
+        reading: Reading { pose: pose(message.reading.pose), twist: twist(message.reading.twist) },
+        device_failed: message.device_failed,
+        steps_in_use: array("steps in use", message.steps_in_use.iter().map(|in_use| in_use.step))?,
+        fades: array("fades", message.fades.iter().copied())?,
+        object: BodyState { pose: pose(message.object.pose), twist: twist(message.object.twist) },
+        object_force: vector(message.object_force_n),
+        requested: wrench(message.requested),
+        commanded: wrench(message.commanded),
+        governor_acted: message.governor_acted,
+        governor_gain: message.governor_gain,
+        energy_j: message.energy_j,
+        touches_wall: message.touches_wall,
+        diverged: message.diverged,
+        lateness_ns: message.lateness_ns,
+        compute_ns: message.compute_ns,
+    };
+    Ok((message.tick, RecordKind::Tick(record)))
+}
+
+fn received(message: types::Received) -> Result<TickAndKind, MalformedMessage> {
+    let from = host(message.from_host)?;
+    let packet = packet(message.step, &message.entries)?;
+    Ok((message.tick, RecordKind::Received { from, packet }))
+}
+
+fn sent(message: types::Sent) -> Result<TickAndKind, MalformedMessage> {
+    let to = message.to_host.map(host).transpose()?;
+    let packet = packet(message.step, &message.entries)?;
+    Ok((message.tick, RecordKind::Sent { to, packet }))
+}
+
+fn packet(step: u64, messages: &[types::Entry]) -> Result<StatePacket, MalformedMessage> {
+    let entries = messages.iter().map(entry).collect::<Result<Vec<_>, _>>()?;
+    Ok(StatePacket { step, entries: array("entries in a packet", entries.into_iter())? })
+}
+
+fn entry(message: &types::Entry) -> Result<Entry, MalformedMessage> {
+    let motion = |motion: types::Motion| (pose(motion.pose), twist(motion.twist));
+    match message.kind {
+        Some(types::entry::Kind::Hand(hand)) => {
+            let (pose, twist) = motion(hand.motion);
+            Ok(Entry::Hand { point: byte("haptic interface point", hand.point)?, pose, twist })
+        }
+        Some(types::entry::Kind::Object(object)) => {
+            let (pose, twist) = motion(object.motion);
+            Ok(Entry::Object { object: byte("object", object.object)?, pose, twist })
+        }
+        Some(types::entry::Kind::Force(force)) => Ok(Entry::Force {
+            point: byte("haptic interface point", force.point)?,
+            wrench: wrench(force.wrench),
+        }),
+        None => Err(MalformedMessage::Missing("a packet's entry that is neither hand, object nor force")),
+    }
+}
+
+fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {
+    use types::event::Kind;
+    let peer = || match message.peer_host {
+        Some(number) => host(number),
+        None => Err(MalformedMessage::Missing("an event about a peer that names no peer")),
+    };
+    let count = || message.count.ok_or(MalformedMessage::Missing("an event that counts without a count"));
+    let unknown = |_| MalformedMessage::Missing("an event of an unknown kind");
+    let kind = match Kind::try_from(message.kind).map_err(unknown)? {
+        Kind::PeerCame => RecordKind::Presence { peer: peer()?, present: true },
+        Kind::PeerLeft => RecordKind::Presence { peer: peer()?, present: false },
+        Kind::Adopt => RecordKind::Adopt,
+        Kind::Release => RecordKind::Release,
+        Kind::Skipped => RecordKind::Note(Note::Skipped { ticks: count()? }),
+        Kind::DeviceFault => RecordKind::Note(Note::DeviceFault),
+        Kind::Diverged => RecordKind::Note(Note::Diverged),
+        Kind::Dropped => RecordKind::Note(Note::Dropped { items: count()? }),
+        Kind::Ended => {
+            let reason = message.reason.ok_or(MalformedMessage::Missing("an end without a reason"))?;
+            RecordKind::Note(Note::Ended(reason))
+        }
+    };
+    Ok((message.tick, kind))
+}
+
+fn array<T, const MOST: usize>(
+    what: &'static str,
+    elements: impl ExactSizeIterator<Item = T>,
+) -> Result<ArrayVec<T, MOST>, MalformedMessage> {
+    if elements.len() > MOST {
+        return Err(MalformedMessage::TooMany { what, found: elements.len(), most: MOST });
+    }
+    Ok(elements.collect())
+}
+
+/// Hosts are counted from 1 in recordings, as in their names.
+fn host(number: u32) -> Result<HostIndex, MalformedMessage> {
+    let index = number.checked_sub(1).and_then(|index| u8::try_from(index).ok());
+    let error =
+        MalformedMessage::OutOfRange { what: "host number", found: number.into(), least: 1, most: 256 };
+    index.map(HostIndex).ok_or(error)
+}
+
+fn byte(what: &'static str, number: u32) -> Result<u8, MalformedMessage> {
+    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 0, most: 255 };
+    u8::try_from(number).map_err(|_| error)
+}
+
+fn pose(pose: types::Pose) -> Pose {
+    let types::Quaternion { x, y, z, w } = pose.orientation;
+    Pose { position: vector(pose.position_m), orientation: DQuat::from_xyzw(x, y, z, w) }
+}
+
+fn twist(twist: types::Twist) -> Twist {
+    Twist { linear: vector(twist.linear_m_per_s), angular: vector(twist.angular_rad_per_s) }
+}
+
+fn wrench(wrench: types::Wrench) -> Wrench {
+    Wrench { force: vector(wrench.force_n), torque: vector(wrench.torque_n_m) }
+}
+
+fn vector(vector: types::Vector) -> DVec3 {
+    DVec3::new(vector.x, vector.y, vector.z)
+}

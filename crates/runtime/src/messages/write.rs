@@ -1,0 +1,186 @@
+//! From items to messages.
+
+use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
+use cotouch_scene::names::HostIndex;
+use cotouch_world::rigid::BodyState;
+use glam::{DQuat, DVec3};
+use prost::Message;
+
+use super::{Stream, types};
+use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+
+/// Appends `item` as a message to `bytes`; which stream it belongs to.
+pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
+    let tick = item.tick;
+    match &item.kind {
+        RecordKind::Tick(record) => {
+            append(&tick_message(tick, record), bytes);
+            Stream::Tick
+        }
+        RecordKind::Received { from, packet } => {
+            append(&received(tick, *from, packet), bytes);
+            Stream::Received
+        }
+        RecordKind::Sent { to, packet } => {
+            append(&sent(tick, *to, packet), bytes);
+            Stream::Sent
+        }
+        RecordKind::State(state) => {
+            append(&types::State { tick, state: state.clone() }, bytes);
+            Stream::State
+        }
+        RecordKind::Presence { .. } | RecordKind::Adopt | RecordKind::Release | RecordKind::Note(_) => {
+            append(&event(tick, &item.kind), bytes);
+            Stream::Events
+        }
+    }
+}
+
+/// [`Message::encode`] without its error: a vector always has room.
+fn append(message: &impl Message, bytes: &mut Vec<u8>) {
+    message.encode_raw(bytes);
+}
+
+fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
+    // Every field is named, so that a new one cannot be forgotten here.
+    let TickRecord {
+        instant,
+        reading,
+        device_failed,
+        steps_in_use,
+        fades,
+        object,
+        object_force,
+        requested,
+        commanded,
+        governor_acted,
+        governor_gain,
+        energy_j,
+        touches_wall,
+        diverged,
+        lateness_ns,
+        compute_ns,
+    } = record;
+    types::Tick {
+        tick,
+        instant_ns: instant.0,
+        reading: reading_motion(reading),
+        device_failed: *device_failed,
+        steps_in_use: steps_in_use.iter().map(|&step| types::StepInUse { step }).collect(),
+        fades: fades.to_vec(),
+        object: body_motion(object),
+        object_force_n: vector(*object_force),
+        requested: wrench(requested),
+        commanded: wrench(commanded),
+        governor_acted: *governor_acted,
+        governor_gain: *governor_gain,
+        energy_j: *energy_j,
+        touches_wall: *touches_wall,
+        diverged: *diverged,
+        lateness_ns: *lateness_ns,
+        compute_ns: *compute_ns,
+    }
+}
+
+fn received(tick: u64, from: HostIndex, packet: &StatePacket) -> types::Received {
+    types::Received { tick, from_host: number(from), step: packet.step, entries: entries(packet) }
+}
+
+fn sent(tick: u64, to: Option<HostIndex>, packet: &StatePacket) -> types::Sent {
+    types::Sent { tick, to_host: to.map(number), step: packet.step, entries: entries(packet) }
+}
+
+/// Hosts are counted from 1 in recordings, as in their names.
+fn number(host: HostIndex) -> u32 {
+    u32::from(host.0) + 1
+}
+
+fn entries(packet: &StatePacket) -> Vec<types::Entry> {
+    packet.entries.iter().map(|entry| types::Entry { kind: Some(entry_kind(entry)) }).collect()
+}
+
+fn entry_kind(entry: &Entry) -> types::entry::Kind {
+    match entry {
+        Entry::Hand { point, pose, twist } => {
+            types::entry::Kind::Hand(types::Hand { point: u32::from(*point), motion: motion(pose, twist) })
+        }
+        Entry::Object { object, pose, twist } => {
+            types::entry::Kind::Object(types::Object { object: u32::from(*object), motion: motion(pose, twist) })
+        }
+        Entry::Force { point, wrench: rendered } => {
+            types::entry::Kind::Force(types::Force { point: u32::from(*point), wrench: wrench(rendered) })
+        }
+    }
+}
+
+fn event(tick: u64, kind: &RecordKind) -> types::Event {
+    use types::event::Kind;
+    let (kind, text, peer, count, reason) = match kind {
+        RecordKind::Presence { peer, present: true } => {
+            (Kind::PeerCame, format!("{peer} came"), Some(*peer), None, None)
+        }
+        RecordKind::Presence { peer, present: false } => {
+            (Kind::PeerLeft, format!("{peer} left"), Some(*peer), None, None)
+        }
+        RecordKind::Adopt => {
+            (Kind::Adopt, "takes the world from the first peer that it hears".to_owned(), None, None, None)
+        }
+        RecordKind::Release => (Kind::Release, "the governor lets go".to_owned(), None, None, None),
+        RecordKind::Note(note) => note_parts(note),
+        RecordKind::Received { .. } | RecordKind::Sent { .. } | RecordKind::Tick(_) | RecordKind::State(_) => {
+            unreachable!("encode sends these to their own streams")
+        }
+    };
+    types::Event { tick, kind: kind.into(), text, peer_host: peer.map(number), count, reason }
+}
+
+type EventParts = (types::event::Kind, String, Option<HostIndex>, Option<u64>, Option<String>);
+
+fn note_parts(note: &Note) -> EventParts {
+    use types::event::Kind;
+    match note {
+        Note::Skipped { ticks } => {
+            (Kind::Skipped, format!("late: {ticks} ticks skipped"), None, Some(*ticks), None)
+        }
+        Note::DeviceFault => {
+            (Kind::DeviceFault, "the device could not be read or written".to_owned(), None, None, None)
+        }
+        Note::Diverged => (Kind::Diverged, "the world left all bounds".to_owned(), None, None, None),
+        Note::Dropped { items } => {
+            let text = format!("the recorder could not keep up: {items} items are missing here");
+            (Kind::Dropped, text, None, Some(*items), None)
+        }
+        Note::Ended(reason) => (Kind::Ended, format!("ended: {reason}"), None, None, Some(reason.clone())),
+    }
+}
+
+fn reading_motion(reading: &Reading) -> types::Motion {
+    motion(&reading.pose, &reading.twist)
+}
+
+fn body_motion(body: &BodyState) -> types::Motion {
+    motion(&body.pose, &body.twist)
+}
+
+fn motion(pose: &Pose, twist: &Twist) -> types::Motion {
+    types::Motion {
+        pose: types::Pose { position_m: vector(pose.position), orientation: quaternion(pose.orientation) },
+        twist: types::Twist {
+            linear_m_per_s: vector(twist.linear),
+            angular_rad_per_s: vector(twist.angular),
+        },
+    }
+}
+
+fn wrench(wrench: &Wrench) -> types::Wrench {
+    types::Wrench { force_n: vector(wrench.force), torque_n_m: vector(wrench.torque) }
+}
+
+fn vector(vector: DVec3) -> types::Vector {
+    types::Vector { x: vector.x, y: vector.y, z: vector.z }
+}
+
+fn quaternion(quaternion: DQuat) -> types::Quaternion {
+    types::Quaternion { x: quaternion.x, y: quaternion.y, z: quaternion.z, w: quaternion.w }
+}

@@ -1,0 +1,95 @@
+//! The thread that takes the haptic thread's items to the recording.
+
+use std::collections::BTreeMap;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use cotouch_scene::scene::Scene;
+use cotouch_scene::to_toml;
+
+use crate::clock;
+use crate::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordProducer, record_ring};
+use crate::priority::HELPER_STACK_BYTES;
+use crate::recorder::{RecordError, Recorder, RecordingHeader};
+use crate::summary::Summary;
+
+/// Items wait in the rings for so long; a ring holds several seconds.
+const DRAIN_PERIOD: Duration = Duration::from_millis(20);
+
+/// A recording under way.
+pub(crate) struct RecordingThread {
+    path: PathBuf,
+    thread: JoinHandle<Result<Recorder, RecordError>>,
+}
+
+impl RecordingThread {
+    /// Starts a recording of `hosts` hosts at `path`, and gives each host's end; nothing when there is no path.
+    pub(crate) fn start(
+        scene: &Scene,
+        hosts: usize,
+        path: Option<&Path>,
+    ) -> Result<(Option<Self>, Vec<RecordProducer>), RecordError> {
+        let Some(path) = path else { return Ok((None, Vec::new())) };
+        let recorder = Recorder::create(path, &header(scene, clock::unix_now_ns()))?;
+        let (producers, consumers) = (0..hosts).map(|_| record_ring(DEFAULT_CAPACITY)).unzip();
+        let thread = thread::Builder::new()
+            .name("recorder".to_owned())
+            .stack_size(HELPER_STACK_BYTES)
+            .spawn(move || drain_to_the_end(recorder, consumers))
+            .map_err(|source: io::Error| RecordError::Create { path: path.to_owned(), source })?;
+        Ok((Some(Self { path: path.to_owned(), thread }), producers))
+    }
+
+    /// Waits until everything is written, closes the file with what came of the run, and gives its path. All
+    /// producers must be gone.
+    pub(crate) fn finish(self, summary: &Summary) -> Result<String, RecordError> {
+        let recorder = match self.thread.join() {
+            Ok(recorder) => recorder?,
+            Err(panic) => std::panic::resume_unwind(panic),
+        };
+        recorder.finish(facts(summary))?;
+        Ok(self.path.display().to_string())
+    }
+}
+
+/// What a recording of `scene` says first.
+pub(crate) fn header(scene: &Scene, epoch_unix_ns: u64) -> RecordingHeader {
+    let fact = |key: &str, value: String| (key.to_owned(), value);
+    RecordingHeader {
+        cotouch_version: env!("CARGO_PKG_VERSION").to_owned(),
+        scene_toml: to_toml(scene),
+        control_hz: scene.rates.control_hz,
+        epoch_unix_ns,
+        facts: BTreeMap::from([
+            fact("scene", scene.name.clone()),
+            fact("users", scene.session.users.to_string()),
+        ]),
+    }
+}
+
+/// What came of a run, for the end of its recording.
+pub(crate) fn facts(summary: &Summary) -> BTreeMap<String, String> {
+    BTreeMap::from([
+        ("duration_s".to_owned(), summary.duration_s.to_string()),
+        ("stable".to_owned(), summary.stable.to_string()),
+        ("ticks".to_owned(), summary.haptic.ticks.to_string()),
+        ("missed".to_owned(), summary.haptic.missed.to_string()),
+    ])
+}
+
+fn drain_to_the_end(mut recorder: Recorder, mut rings: Vec<RecordConsumer>) -> Result<Recorder, RecordError> {
+    loop {
+        // Asked before draining: what was left before the last producer went is drained once more.
+        let ended = rings.iter().all(RecordConsumer::is_abandoned);
+        for ring in &mut rings {
+            ring.drain(&mut recorder);
+        }
+        recorder.poll(clock::now())?;
+        if ended {
+            return Ok(recorder);
+        }
+        thread::sleep(DRAIN_PERIOD);
+    }
+}

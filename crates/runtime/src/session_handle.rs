@@ -1,0 +1,178 @@
+//! A running session, as the rest of the program sees it.
+
+use std::sync::atomic::Ordering;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use cotouch_net::statistics::LinkStatistics;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+
+use crate::haptic_loop::{Control, HapticHost};
+use crate::recording_thread::RecordingThread;
+use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
+use crate::summary::Summary;
+use crate::summary_of_run::{HostRun, summarise};
+use crate::transport::Transport;
+
+/// A host of this process, as seen from outside its haptic thread.
+pub(crate) struct Local {
+    pub(crate) host: HostIndex,
+    pub(crate) transport: Transport,
+    pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
+}
+
+/// A session that runs in the background. Dropping it without [`SessionHandle::finish`] stops it.
+pub struct SessionHandle {
+    scene: Scene,
+    control: Arc<Control>,
+    locals: Mutex<Vec<Local>>,
+    haptic: Option<JoinHandle<Vec<HapticHost>>>,
+    recording: Option<RecordingThread>,
+}
+
+impl SessionHandle {
+    pub(crate) fn new(
+        scene: Scene,
+        control: Arc<Control>,
+        locals: Vec<Local>,
+        haptic: JoinHandle<Vec<HapticHost>>,
+        recording: Option<RecordingThread>,
+    ) -> Self {
+        Self { scene, control, locals: Mutex::new(locals), haptic: Some(haptic), recording }
+    }
+
+    /// The scene that runs.
+    #[must_use]
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Asks the session to end: forces fade out, peers are told, the recording is closed.
+    pub fn stop(&self) {
+        self.control.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Whether ticks have begun.
+    #[must_use]
+    pub fn has_started(&self) -> bool {
+        self.control.started.load(Ordering::Acquire)
+    }
+
+    /// Whether the last tick is done.
+    #[must_use]
+    pub fn has_ended(&self) -> bool {
+        self.control.ended.load(Ordering::Acquire)
+    }
+
+    /// Session time since the first tick, s.
+    #[must_use]
+    pub fn elapsed_s(&self) -> f64 {
+        self.control.elapsed_ns.load(Ordering::Relaxed) as f64 * 1e-9
+    }
+
+    /// What the system did not allow the haptic thread, if anything; known once ticks have begun.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        self.control.warning.lock().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Which hosts run in this process.
+    #[must_use]
+    pub fn hosts(&self) -> Vec<HostIndex> {
+        self.lock().iter().map(|local| local.host).collect()
+    }
+
+    /// Which other hosts take part right now, as the first host of this process sees it.
+    #[must_use]
+    pub fn present_peers(&self) -> Vec<String> {
+        let locals = self.lock();
+        let Some(local) = locals.first() else { return Vec::new() };
+        local.transport.with_endpoint(|endpoint| {
+            let present = endpoint.peers().filter(|peer| peer.presence == cotouch_net::session::Presence::Present);
+            present.map(|peer| peer.name).collect()
+        })
+    }
+
+    /// The newest picture of this process's hosts; never holds up a haptic loop.
+    #[must_use]
+    pub fn snapshot(&self) -> Snapshot {
+        let mut locals = self.lock();
+        let users = self.scene.session.users;
+        let hosts = locals.iter_mut().map(|local| {
+            let mut host = local.snapshot.read().clone();
+            host.host = local.host;
+            host.links = local.transport.with_endpoint(|endpoint| {
+                let links = local.host.others(users).filter_map(|peer| {
+                    let statistics = endpoint.statistics(peer)?;
+                    let is_present = endpoint
+                        .peers()
+                        .any(|info| info.host == peer && info.presence == cotouch_net::session::Presence::Present);
+                    Some(link_snapshot(peer, is_present, &statistics))
+                });
+                links.collect()
+            });
+            host
+        });
+        let hosts: Vec<HostSnapshot> = hosts.collect();
+        let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
+        Snapshot { time_s, stable: None, ended: self.has_ended(), hosts }
+    }
+
+    /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a
+    /// [`SessionHandle::stop`].
+    ///
+    /// # Errors
+    /// When the recording could not be written to its end.
+    pub fn finish(mut self) -> Result<Summary, crate::recorder::RecordError> {
+        let haptic = self.haptic.take().map(JoinHandle::join);
+        let hosts = match haptic {
+            Some(Ok(hosts)) => hosts,
+            Some(Err(panic)) => std::panic::resume_unwind(panic),
+            None => Vec::new(),
+        };
+        let locals = std::mem::take(&mut *self.lock());
+        let mut runs = Vec::new();
+        for (local, host) in locals.into_iter().zip(hosts) {
+            let HapticHost { station, timing, .. } = host;
+            let endpoint = local.transport.leave("the run is over");
+            let peers = local.host.others(self.scene.session.users);
+            let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
+            // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.
+            runs.push(HostRun::new(&station, timing, links));
+        }
+        let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
+        if let Some(recording) = self.recording.take() {
+            summary.recording = Some(recording.finish(&summary)?);
+        }
+        Ok(summary)
+    }
+
+    fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Local>> {
+        self.locals.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Drop for SessionHandle {
+    fn drop(&mut self) {
+        self.stop();
+        if let Some(haptic) = self.haptic.take() {
+            let _: thread::Result<Vec<HapticHost>> = haptic.join();
+        }
+    }
+}
+
+/// How long a caller that waits for the session sleeps between two looks.
+pub const LOOK_PERIOD: Duration = Duration::from_millis(50);
+
+fn link_snapshot(peer: HostIndex, present: bool, statistics: &LinkStatistics) -> LinkSnapshot {
+    LinkSnapshot {
+        peer,
+        present,
+        round_trip_ms: if statistics.round_trip.count == 0 { f64::NAN } else { statistics.round_trip.mean_s * 1e3 },
+        rms_jitter_ms: statistics.round_trip.rms_jitter_s * 1e3,
+        received: statistics.sequence.received,
+        lost: statistics.sequence.lost,
+    }
+}

@@ -1,0 +1,115 @@
+//! The JSON Schema of scenes, from the key tables: for editors that complete and check TOML.
+
+use serde_json::{Map, Value as Json, json};
+
+use crate::keys::parts::{ACTIONS, ActionKind, DO, IMPAIRMENT, SCRIPT, USER, WAY};
+use crate::keys::scene::{INCLUDE, LINK_IMPAIRMENT, SCENE, TABLES, USER_LIST, WAY_LIST};
+use crate::keys::{Fallback, Key, Kind};
+
+/// The JSON Schema (draft 2020-12) of a scene file. It states every key's kind, range, default, unit and meaning; what
+/// keys demand of each other is only checked when a scene is read.
+#[must_use]
+pub fn json_schema() -> Json {
+    let mut root = object("A cotouch scene.");
+    root["$schema"] = json!("https://json-schema.org/draft/2020-12/schema");
+    root["title"] = json!("cotouch scene");
+    add_keys(&mut root, SCENE, "");
+    add_keys(&mut root, IMPAIRMENT, LINK_IMPAIRMENT);
+    add(&mut root, INCLUDE.0, json!({ "type": "string", "description": INCLUDE.1 }));
+    let mut way = object(WAY_LIST.1);
+    add_keys(&mut way, WAY, "");
+    add_keys(&mut way, IMPAIRMENT, "");
+    add(&mut root, WAY_LIST.0, list(way, WAY_LIST.1));
+    let mut user = object(USER_LIST.1);
+    add_keys(&mut user, USER, "");
+    let actions: Vec<Json> = ACTIONS.iter().map(action).collect();
+    add(&mut user, SCRIPT.0, list(json!({ "oneOf": actions }), SCRIPT.1));
+    add(&mut root, USER_LIST.0, list(user, USER_LIST.1));
+    describe_tables(&mut root);
+    root
+}
+
+fn object(description: &str) -> Json {
+    json!({ "type": "object", "description": description, "additionalProperties": false, "properties": {} })
+}
+
+fn list(items: Json, description: &str) -> Json {
+    json!({ "type": "array", "description": description, "items": items })
+}
+
+fn action(kind: &ActionKind) -> Json {
+    let mut schema = object(kind.doc);
+    schema["required"] = json!([DO]);
+    add(&mut schema, DO, json!({ "const": kind.word }));
+    add_keys(&mut schema, kind.keys, "");
+    schema
+}
+
+fn add_keys<T>(schema: &mut Json, keys: &[Key<T>], prefix: &str) {
+    for key in keys {
+        add(schema, &format!("{prefix}{}", key.name), of_key(key));
+        if matches!(key.fallback, Fallback::Required) {
+            let required = schema.as_object_mut().and_then(|object| {
+                object.entry("required").or_insert_with(|| json!([])).as_array_mut()
+            });
+            required.into_iter().for_each(|list| list.push(json!(key.name)));
+        }
+    }
+}
+
+/// Puts `property` at a dotted path; tables on the way are created.
+fn add(schema: &mut Json, path: &str, property: Json) {
+    let (name, rest) = path.split_once('.').map_or((path, None), |(name, rest)| (name, Some(rest)));
+    let Some(properties) = schema["properties"].as_object_mut() else { return };
+    match rest {
+        None => drop(properties.insert(name.to_owned(), property)),
+        Some(rest) => add(properties.entry(name).or_insert_with(|| object("")), rest, property),
+    }
+}
+
+fn describe_tables(root: &mut Json) {
+    for (path, doc) in TABLES {
+        let pointer: String = path.split('.').map(|name| format!("/properties/{name}")).collect();
+        if let Some(table) = root.pointer_mut(&pointer) {
+            table["description"] = json!(doc);
+        }
+    }
+}
+
+fn of_key<T>(key: &Key<T>) -> Json {
+    let unit = if key.unit.is_empty() { String::new() } else { format!(" In {}.", key.unit) };
+    let mut schema = of_kind(&key.kind);
+    let description = format!("{}{unit} Default: {}.", key.doc, key.default_in_words());
+    schema.insert("description".to_owned(), json!(description));
+    if let Fallback::Is(text) = key.fallback {
+        schema.insert("default".to_owned(), default(&key.kind, text));
+    }
+    Json::Object(schema)
+}
+
+fn of_kind(kind: &Kind) -> Map<String, Json> {
+    let schema = match *kind {
+        Kind::Number { min, max } => json!({ "type": "number", "minimum": min, "maximum": max }),
+        Kind::Count { min, max } => json!({ "type": "integer", "minimum": min, "maximum": max }),
+        Kind::Rate { min, max } => json!({ "anyOf": [
+            { "type": "number", "minimum": min, "maximum": max },
+            { "type": "string", "pattern": "^[0-9.eE+-]+(/[0-9.eE+-]+)?$" },
+        ] }),
+        Kind::Choice(words) => json!({ "enum": words }),
+        Kind::Text { min, max } => json!({ "type": "string", "minLength": min, "maxLength": max }),
+        Kind::Flag => json!({ "type": "boolean" }),
+        Kind::Vector { max } => {
+            let number = json!({ "type": "number", "minimum": -max, "maximum": max });
+            json!({ "anyOf": [number, { "type": "array", "items": number, "minItems": 3, "maxItems": 3 }] })
+        }
+    };
+    schema.as_object().cloned().unwrap_or_default()
+}
+
+/// A default as a number where it is one.
+fn default(kind: &Kind, text: &str) -> Json {
+    match kind {
+        Kind::Choice(_) | Kind::Text { .. } => json!(text),
+        _ => serde_json::from_str(text).unwrap_or_else(|_| json!(text)),
+    }
+}

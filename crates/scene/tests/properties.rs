@@ -1,0 +1,160 @@
+//! Any scene survives being written and read; no text and no override makes the reader panic.
+
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Action, Architecture, Coordination, Impairment, Integrator, PlayOut, WallSides, Way};
+use cotouch_scene::{Override, Scene, builtin, load, parse, parse_bytes, scene_hash, to_toml};
+use glam::DVec3;
+use proptest::prelude::*;
+
+fn vector() -> impl Strategy<Value = DVec3> {
+    let component = || -10.0..10.0f64;
+    prop_oneof![
+        component().prop_map(|x| DVec3::new(x, 0.0, 0.0)),
+        [component(), component(), component()].prop_map(DVec3::from),
+    ]
+}
+
+fn action() -> impl Strategy<Value = Action> {
+    (0..8, vector(), 0.001..500.0f64, -1e3..1e3f64, 0.001..86_400.0f64, 0.0..=1.0f64).prop_map(
+        |(kind, vector, frequency_hz, phase_rad, duration_s, part)| match kind {
+            0 => Action::Relax { duration_s },
+            1 => Action::Hold { duration_s },
+            2 => Action::Reach { to_m: vector, duration_s },
+            3 => Action::Sinusoid { amplitude_m: vector, frequency_hz, phase_rad, duration_s },
+            4 => Action::Force { force_n: vector, duration_s },
+            5 => Action::SinusoidalForce { amplitude_n: vector, frequency_hz, phase_rad, duration_s },
+            6 => Action::Tremor { rms_n: vector, duration_s },
+            _ => Action::PushAndLetGo { force_n: vector, push_s: (part * duration_s).max(0.001), duration_s },
+        },
+    )
+}
+
+fn impairment() -> impl Strategy<Value = Impairment> {
+    (0.0..10.0f64, 0.0..10.0f64, 0.0..0.99f64, 1.0..900.0f64, 0.0..=1.0f64, any::<bool>()).prop_map(
+        |(latency_s, jitter_s, loss_rate, longer, reorder_rate, independent)| {
+            let alone = 1.0 / (1.0 - loss_rate);
+            Impairment {
+                latency_s,
+                jitter_s,
+                loss_rate,
+                loss_burst_packets: if independent { alone } else { alone * longer },
+                reorder_rate,
+                duplicate_rate: 1.0 - reorder_rate,
+                rate_limit_bytes_per_s: latency_s * 1e5,
+            }
+        },
+    )
+}
+
+/// A built-in scene with everything about it changed.
+fn scene() -> impl Strategy<Value = Scene> {
+    let words = (any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>(), any::<bool>());
+    let numbers = prop::array::uniform16(0.0..1.0f64);
+    let users = prop::collection::vec(("[a-zé\"\\\\'#=]{1,20}", prop::collection::vec(action(), 0..4)), 2..17);
+    let rates = (1u32..20_000, 1u32..1000, 0u32..64, 0u64..1 << 63);
+    (words, numbers, users, rates, impairment(), prop::option::of(impairment())).prop_map(
+        |(words, at, users, (control, divisor, delay, seed), impairment, way)| {
+            let mut scene = load("single-axis", &[]).unwrap();
+            if words.0 {
+                scene.session.architecture = Architecture::Centralized;
+            }
+            if words.1 {
+                scene.session.coordination = Coordination::Average;
+                scene.session.integrator = Integrator::SemiImplicitEuler;
+            }
+            if words.2 {
+                scene.link.play_out = PlayOut::OnArrival;
+                scene.wall.sides = WallSides::One;
+            }
+            scene.session.users = users.len() as u8;
+            scene.session.seed = seed;
+            scene.rates.control_hz = format!("{control}").parse().unwrap();
+            scene.rates.network_hz = format!("{control}/{}", divisor.min(control)).parse().unwrap();
+            (scene.link.delay_periods, scene.link.return_delay_periods) = (delay, delay / 2);
+            scene.link.impairment = impairment;
+            let way = way.map(|impairment| Way { from: HostIndex(0), to: HostIndex(1), impairment });
+            scene.link.ways = way.into_iter().collect();
+            scene.hand.mass_kg = 1e-4 + at[0];
+            scene.hand.damping_n_s_per_m = at[1] * 1e4;
+            scene.hand.stiffness_n_per_m = at[2] * 1e6;
+            scene.object.mass_kg = 1e-4 + at[3] * 999.0;
+            scene.object.damping_n_s_per_m = at[4] * 1e4 - 1e3;
+            scene.coupling.hand_object.stiffness_n_per_m = at[5] * 1e-9;
+            scene.coupling.remote_hand_object.damping_n_s_per_m = at[6];
+            scene.wall.stiffness_n_per_m = at[7] * 1e7;
+            scene.wall.position_m = at[8] * 20.0 - 10.0;
+            scene.governor.max_force_n = 0.1 + at[9] * 999.0;
+            let following = scene.governor.max_force_n * scene.rates.control_hz.hz();
+            scene.governor.max_slew_n_per_s = if words.3 { following } else { 0.01 + at[10] * 1e8 };
+            let tracking = scene.coupling.object_object;
+            let template = scene.users[0].clone();
+            scene.users.clear();
+            for (index, (name, script)) in users.into_iter().enumerate() {
+                let name = format!("{name}{index}");
+                scene.users.push(cotouch_scene::scene::User { name, script, tracking, ..template.clone() });
+            }
+            scene
+        },
+    )
+}
+
+/// A built-in scene's text with one stretch replaced.
+fn mutated() -> impl Strategy<Value = String> {
+    let texts: Vec<&'static str> = builtin::names().filter_map(builtin::source).collect();
+    let piece = prop_oneof![
+        "\\PC{0,12}",
+        Just("[[user]]\n".to_owned()),
+        Just("link = 3\n".to_owned()),
+        Just(" = [1, {}]\n".to_owned()),
+        Just("nan".to_owned()),
+        Just("-1e999".to_owned()),
+        Just("99999999999999999999".to_owned()),
+    ];
+    (prop::sample::select(texts), any::<prop::sample::Index>(), 0..40usize, piece).prop_map(
+        |(text, start, length, piece)| {
+            let bytes = text.as_bytes();
+            let start = start.index(bytes.len());
+            let end = (start + length).min(bytes.len());
+            [&bytes[..start], piece.as_bytes(), &bytes[end..]].concat()
+        },
+    )
+    .prop_map(|bytes| String::from_utf8_lossy(&bytes).into_owned())
+}
+
+proptest! {
+    #[test]
+    fn a_scene_survives_being_written_and_read(scene in scene()) {
+        let text = to_toml(&scene);
+        let read = parse(&text, "copy.toml", None, &[]).map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
+        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
+        prop_assert_eq!(&to_toml(&read), &text);
+        prop_assert_eq!(read, scene);
+    }
+
+    #[test]
+    fn no_bytes_make_the_reader_panic(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
+        let _ = parse_bytes(&bytes, "bytes", None, &[]);
+    }
+
+    #[test]
+    fn no_slip_in_a_scene_makes_the_reader_panic(text in mutated()) {
+        match parse(&text, "slip.toml", None, &[]) {
+            Ok(scene) => prop_assert_eq!(parse(&to_toml(&scene), "slip.toml", None, &[]).unwrap(), scene),
+            // Whatever is wrong, each problem is one line with its place.
+            Err(errors) => for line in errors.to_string().lines() {
+                prop_assert!(line.starts_with("slip.toml"), "{}", line);
+            },
+        }
+    }
+
+    #[test]
+    fn no_override_makes_the_reader_panic(key in "[a-z_.0-9]{1,30}", value in "\\PC{0,20}", known in any::<prop::sample::Index>()) {
+        let keys = cotouch_scene::reference::keys();
+        let known = &keys[known.index(keys.len())].name;
+        for text in [format!("{key}={value}"), format!("{known}={value}"), format!("{known}.{key}={value}")] {
+            if let Ok(set) = text.parse::<Override>() {
+                let _ = load("single-axis", &[set]);
+            }
+        }
+    }
+}
