@@ -1,0 +1,170 @@
+//! Eigenvalues that can be trusted: Osborne's balancing, then faer's Hessenberg and shifted QR, which has a limit on
+//! its iterations.
+//!
+//! Lifted maps mix metres, metres a second and delay lines; unbalanced, half of the digits are lost. Balancing is the
+//! similarity `D⁻¹·A·D` by powers of two (exact in floating point) that makes each row as large as its column
+//! (Osborne 1960; Parlett & Reinsch 1969).
+
+use faer::c64;
+use nalgebra::{Complex, DMatrix};
+
+/// Why a matrix has no eigenvalues here.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EigenvalueError {
+    /// Not square.
+    #[error("eigenvalues need a square matrix; found {0}×{1}")]
+    NotSquare(usize, usize),
+    /// NaN or infinity.
+    #[error("eigenvalues need finite numbers; row {0}, column {1} is not")]
+    NotFinite(usize, usize),
+    /// The iteration ran into its limit, twice.
+    #[error("the eigenvalues of this {0}×{0} matrix were not found within the limit of iterations")]
+    NoConvergence(usize),
+}
+
+/// All eigenvalues, in no particular order. Real eigenvalues have an imaginary part of exactly zero.
+///
+/// # Errors
+/// When the matrix is not square or not finite, or (never seen) the iteration does not converge.
+pub fn eigenvalues(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    check(matrix)?;
+    let mut balanced = matrix.clone();
+    balance(&mut balanced);
+    of_balanced(&balanced)
+}
+
+/// The largest absolute value among eigenvalues; 0 for none.
+#[must_use]
+pub fn spectral_radius(eigenvalues: &[Complex<f64>]) -> f64 {
+    eigenvalues.iter().map(|value| value.norm()).fold(0.0, f64::max)
+}
+
+/// Scales `matrix` to `D⁻¹·A·D` with powers of two; gives the diagonal of `D`.
+///
+/// A row or a column without off-diagonal elements is left alone: no scale would balance it.
+pub fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
+    const SWEEPS: usize = 100;
+    let mut scales = vec![1.0; matrix.nrows()];
+    for _ in 0..SWEEPS {
+        let mut changed = false;
+        for (index, scale) in scales.iter_mut().enumerate() {
+            if let Some(factor) = balancing_factor(matrix, index) {
+                matrix.column_mut(index).scale_mut(factor);
+                matrix.row_mut(index).scale_mut(factor.recip());
+                *scale *= factor;
+                changed = true;
+            }
+        }
+        if !changed {
+            break;
+        }
+    }
+    scales
+}
+
+/// The power of two that brings column `index` nearest to its row, where that gains 5 % or more.
+fn balancing_factor(matrix: &DMatrix<f64>, index: usize) -> Option<f64> {
+    const LARGEST: f64 = 1e150;
+    let off_diagonal = |position: usize, value: f64| if position == index { 0.0 } else { value.abs() };
+    let column: f64 = matrix.column(index).iter().enumerate().map(|(i, &value)| off_diagonal(i, value)).sum();
+    let row: f64 = matrix.row(index).iter().enumerate().map(|(i, &value)| off_diagonal(i, value)).sum();
+    if column == 0.0 || row == 0.0 || !(column + row).is_finite() {
+        return None;
+    }
+    let factor = (row / column).sqrt().log2().round().exp2().clamp(LARGEST.recip(), LARGEST);
+    (column * factor + row / factor < 0.95 * (column + row)).then_some(factor)
+}
+
+/// Eigenvalues of a finite, square matrix that was balanced before.
+pub(crate) fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let size = matrix.nrows();
+    if size == 0 {
+        return Ok(Vec::new());
+    }
+    let solve = |matrix: &DMatrix<f64>| -> Option<Vec<Complex<f64>>> {
+        let values = faer::Mat::from_fn(size, size, |i, j| matrix[(i, j)]).eigenvalues().ok()?;
+        let all_finite = values.iter().all(|value: &c64| value.re.is_finite() && value.im.is_finite());
+        all_finite.then(|| values.iter().map(|value| Complex::new(value.re, value.im)).collect())
+    };
+    // Another basis is another course of the iteration.
+    solve(matrix).or_else(|| solve(&reflected(matrix))).ok_or(EigenvalueError::NoConvergence(size))
+}
+
+/// `H·A·H` with a reflection in a plane that is aligned with nothing.
+fn reflected(matrix: &DMatrix<f64>) -> DMatrix<f64> {
+    let size = matrix.nrows();
+    let normal = nalgebra::DVector::from_fn(size, |i, _| 1.0 + (i as f64 * 0.754_877_666_2).fract()).normalize();
+    let reflect = DMatrix::identity(size, size) - &normal * normal.transpose() * 2.0;
+    &reflect * matrix * &reflect
+}
+
+pub(crate) fn check(matrix: &DMatrix<f64>) -> Result<(), EigenvalueError> {
+    let (rows, columns) = matrix.shape();
+    if rows != columns {
+        return Err(EigenvalueError::NotSquare(rows, columns));
+    }
+    match matrix.iter().position(|value| !value.is_finite()) {
+        Some(place) => Err(EigenvalueError::NotFinite(place % rows, place / rows)),
+        None => Ok(()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sorted_norms(matrix: &DMatrix<f64>) -> Vec<f64> {
+        let mut norms: Vec<f64> = eigenvalues(matrix).unwrap().iter().map(|value| value.norm()).collect();
+        norms.sort_by(f64::total_cmp);
+        norms
+    }
+
+    #[test]
+    fn nilpotent_blocks_are_fine() {
+        for size in 1..=40 {
+            let shift = DMatrix::from_fn(size, size, |i, j| if i == j + 1 { 1.0 } else { 0.0 });
+            assert!(sorted_norms(&shift).iter().all(|&norm| norm < 1e-12), "{size}");
+        }
+    }
+
+    #[test]
+    fn cyclic_shifts_are_fine() {
+        for size in 1..=100 {
+            let cycle = DMatrix::from_fn(size, size, |i, j| if i == (j + 1) % size { 1.0 } else { 0.0 });
+            assert!(sorted_norms(&cycle).iter().all(|norm| (norm - 1.0).abs() < 1e-10), "{size}");
+        }
+    }
+
+    #[test]
+    fn badly_scaled_matrices_keep_their_digits() {
+        let good = DMatrix::from_row_slice(3, 3, &[0.5, 0.2, 0.1, 0.3, -0.4, 0.2, 0.1, 0.6, 0.25]);
+        let scales = [1e-9, 1.0, 1e9];
+        let bad = DMatrix::from_fn(3, 3, |i, j| good[(i, j)] * scales[i] / scales[j]);
+        for (a, b) in sorted_norms(&good).iter().zip(sorted_norms(&bad)) {
+            assert!((a - b).abs() < 1e-14, "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn balancing_is_a_similarity_by_powers_of_two() {
+        let matrix = DMatrix::from_fn(5, 5, |i, j| ((i * 7 + j * 3) % 5) as f64 * 10f64.powi(i as i32 * 3));
+        let mut balanced = matrix.clone();
+        let scales = balance(&mut balanced);
+        for i in 0..5 {
+            for j in 0..5 {
+                assert_eq!(balanced[(i, j)], matrix[(i, j)] * scales[j] / scales[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn what_has_no_eigenvalues_is_refused() {
+        assert_eq!(eigenvalues(&DMatrix::zeros(2, 3)), Err(EigenvalueError::NotSquare(2, 3)));
+        for bad in [f64::NAN, f64::INFINITY] {
+            let mut matrix = DMatrix::zeros(3, 3);
+            matrix[(1, 2)] = bad;
+            assert_eq!(eigenvalues(&matrix), Err(EigenvalueError::NotFinite(1, 2)));
+        }
+        assert_eq!(eigenvalues(&DMatrix::zeros(0, 0)), Ok(vec![]));
+    }
+}

@@ -1,0 +1,94 @@
+//! Where each number of a loop's state lies.
+
+use cotouch_scene::names::{Coordinate, Quantity};
+
+use crate::loop_spec::{LineId, LoopSpec, Signal};
+
+/// Who keeps samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Registers {
+    /// Every line, for itself.
+    PerReceiver,
+    /// All lines that sample the same signal, together.
+    Shared,
+}
+
+/// A shift register of samples.
+#[derive(Clone, Debug)]
+pub(crate) struct Register {
+    /// What is sampled.
+    pub(crate) signal: Signal,
+    /// The line with the longest delay, which names the samples.
+    pub(crate) line: LineId,
+    /// Samples of ages 1 to this number are part of the state.
+    pub(crate) length: u32,
+    /// Place of the first number of age 1; the numbers of one sample lie together, then the next age follows.
+    pub(crate) first: usize,
+}
+
+impl Register {
+    /// The numbers of one sample.
+    pub(crate) fn quantities(&self) -> &'static [Quantity] {
+        match self.signal {
+            Signal::Motion(_) => &[Quantity::X, Quantity::V],
+            Signal::Force(_) => &[Quantity::F],
+        }
+    }
+
+    /// Place of the first number of the sample of age `age`.
+    pub(crate) fn place(&self, age: u32) -> usize {
+        self.first + (age as usize - 1) * self.quantities().len()
+    }
+}
+
+/// Where each number of the state lies: the bodies' states, then the registers.
+#[derive(Clone, Debug)]
+pub(crate) struct Layout {
+    pub(crate) coordinates: Vec<Coordinate>,
+    /// Place of each body's first state.
+    pub(crate) bodies: Vec<usize>,
+    pub(crate) registers: Vec<Register>,
+    /// The register of each line.
+    pub(crate) register_of_line: Vec<usize>,
+}
+
+impl Layout {
+    pub(crate) fn new(spec: &LoopSpec, kind: Registers) -> Self {
+        let mut coordinates = Vec::new();
+        let mut bodies = Vec::new();
+        for body in &spec.bodies {
+            bodies.push(coordinates.len());
+            coordinates.extend_from_slice(&body.states);
+        }
+        let (mut registers, register_of_line) = registers(spec, kind);
+        for register in &mut registers {
+            register.first = coordinates.len();
+            for age in 1..=register.length {
+                let name = |&quantity| spec.lines[register.line.0].coordinate(quantity, age);
+                coordinates.extend(register.quantities().iter().map(name));
+            }
+        }
+        Self { coordinates, bodies, registers, register_of_line }
+    }
+}
+
+fn registers(spec: &LoopSpec, kind: Registers) -> (Vec<Register>, Vec<usize>) {
+    let mut registers: Vec<Register> = Vec::new();
+    let mut register_of_line = Vec::new();
+    for (index, line) in spec.lines.iter().enumerate() {
+        let (id, length) = (LineId(index), line.delay.samples(&spec.schedule));
+        let shared = registers.iter_mut().enumerate().find(|(_, register)| {
+            kind == Registers::Shared && register.signal == line.signal
+        });
+        if let Some((place, register)) = shared {
+            if length > register.length {
+                (register.line, register.length) = (id, length);
+            }
+            register_of_line.push(place);
+        } else {
+            register_of_line.push(registers.len());
+            registers.push(Register { signal: line.signal, line: id, length, first: 0 });
+        }
+    }
+    (registers, register_of_line)
+}

@@ -1,0 +1,254 @@
+//! Whether a loop is stable, and how nearly.
+
+use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
+use nalgebra::{Complex, DMatrix, DVector};
+use serde::Serialize;
+
+use crate::check::{SpecError, check};
+use crate::compile::compile;
+use crate::eigenvalues::{self, EigenvalueError, balance, of_balanced};
+use crate::lift::layout::{Layout, Registers};
+use crate::lift::stepping;
+use crate::loop_spec::LoopSpec;
+use crate::rigid::{Structure, deflate};
+
+/// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Stability {
+    /// Largest absolute eigenvalue over one pattern, in the worst contact mode, without the rigid-body poles.
+    /// Infinite where the state outgrows floating point within one pattern.
+    pub spectral_radius: f64,
+    /// Whether every contact mode's spectral radius is below 1, strictly.
+    pub stable: bool,
+    /// Eigenvalues at exactly 1 by structure, of the mode with all switching contacts open: 0, 1 or 2.
+    pub rigid_body_poles: u8,
+    /// The real eigenvalue nearest 1 that remains, of the same mode: how held data damp the drift of the whole
+    /// (above 1: drive it). `None` where a stiffness grounds the loop or momentum is conserved.
+    pub drag_pole: Option<f64>,
+    /// Numbers in the state of the running session's loop.
+    pub states: usize,
+    /// Duration of one pattern of ticks and network steps.
+    pub period_s: f64,
+    /// Every contact mode.
+    pub modes: Vec<ModeStability>,
+    /// What is known about switching between the modes.
+    pub switching: Switching,
+    /// What the linear analysis leaves out, in plain sentences.
+    pub warnings: Vec<String>,
+}
+
+/// The verdict on one contact mode.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ModeStability {
+    /// The switching contacts that are closed.
+    pub contacts: Vec<String>,
+    /// As in [`Stability`].
+    pub spectral_radius: f64,
+    /// As in [`Stability`].
+    pub stable: bool,
+}
+
+/// What is known about switching between contact modes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Switching {
+    /// There is one linear mode, and nothing to switch.
+    None,
+    /// Modes were analysed one by one.
+    Unproven,
+}
+
+/// The verdict on one linear loop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct LoopStability {
+    /// Largest absolute eigenvalue over one pattern, without the rigid-body poles.
+    pub spectral_radius: f64,
+    /// Whether that is below 1, strictly.
+    pub stable: bool,
+    /// Eigenvalues at exactly 1 by structure: 0, 1 or 2.
+    pub rigid_body_poles: u8,
+    /// As in [`Stability`].
+    pub drag_pole: Option<f64>,
+    /// Parts that no stiffness ties to the rest: each has a pole at 1, which counts.
+    pub loose_parts: usize,
+    /// The eigenvalues, without the rigid-body poles, of the state in which receivers share samples
+    /// ([`LoopSpec::lift_shared`]).
+    pub eigenvalues: Vec<Complex<f64>>,
+}
+
+/// Why there is no verdict.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum AnalysisError {
+    /// The loop's description is inconsistent.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
+    /// No eigenvalues.
+    #[error(transparent)]
+    Eigenvalues(#[from] EigenvalueError),
+}
+
+/// Analyses every contact mode of a scene.
+///
+/// # Errors
+/// When the eigenvalue iteration does not converge (never seen).
+pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
+    let modes = compile(scene);
+    let verdicts = modes.iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
+    let (free, spec) = (&verdicts[0], &modes[0].spec);
+    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
+    Ok(Stability {
+        spectral_radius: verdicts.iter().map(|verdict| verdict.spectral_radius).fold(0.0, f64::max),
+        stable: verdicts.iter().all(|verdict| verdict.stable),
+        rigid_body_poles: free.rigid_body_poles,
+        drag_pole: free.drag_pole,
+        states: spec.coordinates()?.len(),
+        period_s: period_s(spec),
+        warnings: warnings(scene, &verdicts),
+        switching,
+        modes: modes
+            .into_iter()
+            .zip(verdicts)
+            .map(|(mode, LoopStability { spectral_radius, stable, .. })| ModeStability {
+                contacts: mode.contacts,
+                spectral_radius,
+                stable,
+            })
+            .collect(),
+    })
+}
+
+/// Analyses one linear loop.
+///
+/// # Errors
+/// When the description is inconsistent, or the eigenvalue iteration does not converge (never seen).
+pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
+    check(spec)?;
+    let layout = Layout::new(spec, Registers::Shared);
+    let matrix = stepping::lift(spec, &layout).matrix;
+    let structure = Structure::new(spec, &layout);
+    let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
+    if matrix.iter().any(|value| !value.is_finite()) {
+        return Ok(outgrown(rigid_body_poles, loose_parts));
+    }
+    let mut eigenvalues = remaining_eigenvalues(matrix, &structure)?;
+    let drag_pole = (rigid_body_poles == 1).then(|| nearest_to_one(&eigenvalues)).flatten();
+    eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
+    let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
+    let stable = spectral_radius < 1.0;
+    Ok(LoopStability { spectral_radius, stable, rigid_body_poles, drag_pole, loose_parts, eigenvalues })
+}
+
+/// A state that exceeds 10³⁰⁸ times its start within one pattern.
+fn outgrown(rigid_body_poles: u8, loose_parts: usize) -> LoopStability {
+    LoopStability {
+        spectral_radius: f64::INFINITY,
+        stable: false,
+        rigid_body_poles,
+        drag_pole: None,
+        loose_parts,
+        eigenvalues: Vec::new(),
+    }
+}
+
+/// The eigenvalues that do not follow from structure.
+fn remaining_eigenvalues(
+    mut matrix: DMatrix<f64>,
+    structure: &Structure,
+) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let scales = balance(&mut matrix);
+    let unscale = |vector: &DVector<f64>| DVector::from_fn(vector.len(), |i, _| vector[i] / scales[i]);
+    let mut vectors: Vec<_> = structure.rigid.iter().chain(&structure.loose).map(unscale).collect();
+    vectors.reverse();
+    // Each vector is an eigenvector once those before it are gone.
+    while let Some(vector) = vectors.pop() {
+        debug_assert!(is_eigenvector(&matrix, &vector), "a structural vector must belong to the eigenvalue 1");
+        let (reduced, reflection) = deflate(&matrix, &vector);
+        matrix = reduced;
+        for later in &mut vectors {
+            *later = reflection.deflate_vector(later);
+        }
+    }
+    balance(&mut matrix);
+    of_balanced(&matrix)
+}
+
+/// Whether `A·v = v`, to rounding.
+fn is_eigenvector(matrix: &DMatrix<f64>, vector: &DVector<f64>) -> bool {
+    (matrix * vector - vector).norm() <= 1e-9 * (1.0 + matrix.norm()) * vector.norm()
+}
+
+fn nearest_to_one(eigenvalues: &[Complex<f64>]) -> Option<f64> {
+    let real = eigenvalues.iter().filter(|value| value.im == 0.0).map(|value| value.re);
+    real.min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
+}
+
+fn period_s(spec: &LoopSpec) -> f64 {
+    let control = spec.schedule.control();
+    spec.schedule.ticks_per_pattern() as f64 * control.denominator() as f64 / control.numerator() as f64
+}
+
+/// What the scene has that the verdict does not cover.
+fn warnings(scene: &Scene, verdicts: &[LoopStability]) -> Vec<String> {
+    let mut warnings = Vec::new();
+    warn_of_link(scene, &mut warnings);
+    if verdicts.len() > 1 {
+        let each = if verdicts.iter().all(|verdict| verdict.stable) {
+            "each contact mode is stable"
+        } else {
+            "not every contact mode is stable"
+        };
+        warnings.push(format!("The wall is one-sided: {each}, switching between the modes is unproven."));
+        if scene.session.architecture == Architecture::Distributed {
+            warnings.push(
+                "Copies of the object can meet the wall at different instants; modes in which only some of them \
+                 touch it were not analysed."
+                    .to_owned(),
+            );
+        }
+    }
+    if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
+        warnings.push(
+            "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
+    let used = || impairments(scene);
+    let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
+    let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));
+    if loss > 0.0 {
+        warnings.push(format!(
+            "Up to {:.3} % of the packets are lost; the analysis assumes that every sample arrives.",
+            loss * 100.0
+        ));
+    }
+    if jitter > 0.0 {
+        warnings.push(format!(
+            "Transit times vary by {:.3} ms in the mean; the analysis takes the constant part of the latency.",
+            jitter * 1e3
+        ));
+    }
+    if worst(|link| link.rate_limit_bytes_per_s) > 0.0 {
+        warnings.push("The link limits its rate; the analysis has no queues.".to_owned());
+    }
+    if scene.link.play_out == PlayOut::OnArrival && scene.link.delay_periods > 0 {
+        warnings.push("Samples are used on arrival, so link.delay_periods has no effect.".to_owned());
+    }
+}
+
+/// The impairments of all ways that samples take.
+fn impairments(scene: &Scene) -> impl Iterator<Item = &Impairment> {
+    let is_used = |from: usize, to: usize| match scene.session.architecture {
+        Architecture::Distributed => true,
+        Architecture::Centralized => from == 0 || to == 0,
+    };
+    scene.hosts().flat_map(move |from| {
+        let others = from.others(scene.session.users);
+        others
+            .filter(move |to| is_used(from.index(), to.index()))
+            .map(move |to| scene.impairment(from, to))
+    })
+}
