@@ -5,6 +5,7 @@ mod commands;
 mod failure;
 mod figure;
 mod output;
+mod probe_socket;
 mod progress;
 mod session;
 mod trace;

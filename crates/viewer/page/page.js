@@ -50,8 +50,9 @@ function introduce() {
   element("scene").textContent = about.scene;
   document.title = `${about.scene} – cotouch`;
   const rates = `${number(about.control_hz, 0)} Hz haptic, ${number(about.network_hz, 0)} Hz network`;
-  element("description").textContent =
-    `${about.description} ${about.architecture}, ${about.users.length} users, ${rates}, delay ${about.delay_periods}.`;
+  element("description").textContent = about.description;
+  const delay = `${about.delay_periods} network period${about.delay_periods === 1 ? "" : "s"} of delay`;
+  element("rates").textContent = `${about.architecture}, ${about.users.length} users, ${rates}, ${delay}`;
   const detail = predicted ? `spectral radius ${number(predicted.spectral_radius, 4)}` : "no prediction";
   verdict("predicted", predicted?.stable, detail);
 }

@@ -1,0 +1,57 @@
+//! What each command does, a file a command.
+
+mod analyze;
+mod prediction;
+mod probe;
+mod replay;
+mod report;
+mod run;
+mod scene;
+
+use std::net::{SocketAddr, ToSocketAddrs as _};
+
+use crate::arguments::{Command, Invocation};
+use crate::failure::{Failure, Verdict};
+
+/// Does what was asked for.
+pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
+    let Invocation { command, overrides, output } = invocation;
+    if !overrides.is_empty() && !takes_overrides(command) {
+        eprintln!("note: --set has no effect here, because this command reads no scene from you");
+    }
+    match command {
+        Command::Run(run) => run::run(run, overrides, output),
+        Command::Serve { scene, listen, host } => run::serve(scene, *listen, host, overrides, output),
+        Command::Join { server, user, host } => run::join(server, user.as_deref(), host, output),
+        Command::ProbeServe { listen } => probe::serve(*listen, output),
+        Command::Probe(probe) => probe::probe(probe, output),
+        Command::Replay { file, csv } => replay::replay(file, csv.as_deref(), output),
+        Command::Stability { scene } => analyze::stability(scene, overrides, output),
+        Command::SceneList => scene::list(output),
+        Command::SceneShow { scene } => scene::show(scene, overrides, output),
+        Command::SceneCheck { scene } => scene::check(scene, overrides, output),
+        Command::SceneSchema => scene::schema(output),
+    }
+}
+
+fn takes_overrides(command: &Command) -> bool {
+    use Command::{Run, SceneCheck, SceneShow, Serve, Stability};
+    matches!(command, Run(_) | Serve { .. } | Stability { .. } | SceneShow { .. } | SceneCheck { .. })
+}
+
+/// What libraries have to say goes to stderr: warnings, or what `COTOUCH_LOG` asks for.
+pub(crate) fn log_to_stderr() {
+    let filter = tracing_subscriber::EnvFilter::try_from_env("COTOUCH_LOG")
+        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
+    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
+}
+
+/// The address that `text` (HOST:PORT) stands for.
+fn resolve(text: &str) -> Result<SocketAddr, Failure> {
+    let reason = match text.to_socket_addrs().map(|mut addresses| addresses.next()) {
+        Ok(Some(address)) => return Ok(address),
+        Ok(None) => "it stands for no address".to_owned(),
+        Err(error) => error.to_string(),
+    };
+    Err(Failure::usage(format!("{text:?} is not an address ({reason}); it must be HOST:PORT, such as 127.0.0.1:7800")))
+}

@@ -1,0 +1,47 @@
+//! `cotouch analyze stability`.
+
+use std::fmt::Write as _;
+
+use cotouch_analysis::stability::Stability;
+use cotouch_scene::Override;
+
+use super::prediction;
+use crate::failure::{Failure, Verdict};
+use crate::output::Output;
+
+/// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
+pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+    let scene = cotouch_scene::load(name, overrides)?;
+    let stability = prediction::analyze(&scene)?;
+    let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
+    output.answer_as(&stability, &text(&title, &stability))?;
+    Ok(Verdict::Good)
+}
+
+fn text(title: &str, stability: &Stability) -> String {
+    let mut text = format!("{title}\n{}\n\n", prediction::verdict(stability));
+    let mut row = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<20} {value}");
+    };
+    row("states", stability.states.to_string());
+    row("rigid-body poles", format!("{} (left out)", stability.rigid_body_poles));
+    let drag = |pole: f64| format!("{} ({})", prediction::radius(pole), drag_in_words(pole));
+    row("drag pole", stability.drag_pole.map_or_else(|| "none".to_owned(), drag));
+    for mode in &stability.modes {
+        let contacts = if mode.contacts.is_empty() { "no contact".to_owned() } else { mode.contacts.join(" + ") };
+        let word = if mode.stable { "stable" } else { "unstable" };
+        row(&format!("mode: {contacts}"), format!("{} {word}", prediction::radius(mode.spectral_radius)));
+    }
+    for warning in &stability.warnings {
+        let _ = writeln!(text, "note: {warning}");
+    }
+    text
+}
+
+fn drag_in_words(pole: f64) -> &'static str {
+    match pole {
+        pole if pole < 1.0 => "held data damp the drift of the whole",
+        pole if pole > 1.0 => "the drift of the whole grows",
+        _ => "the drift of the whole is neither damped nor driven",
+    }
+}

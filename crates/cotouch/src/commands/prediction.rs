@@ -1,0 +1,62 @@
+//! What the analysis says about a scene, in words.
+
+use cotouch_analysis::stability::{Stability, Switching};
+use cotouch_runtime::summary::Predicted;
+use cotouch_scene::Scene;
+use cotouch_scene::scene::{Architecture, Coordination, PlayOut};
+
+/// The analysis's verdict on `scene`.
+pub(super) fn analyze(scene: &Scene) -> anyhow::Result<Stability> {
+    Ok(cotouch_analysis::stability::analyze(scene)?)
+}
+
+/// The part of it that a run is held to.
+pub(super) fn predicted(stability: &Stability) -> Predicted {
+    Predicted { stable: stability.stable, spectral_radius: stability.spectral_radius }
+}
+
+/// Who takes part, under which architecture, at which rates.
+pub(super) fn who_and_how(scene: &Scene) -> String {
+    let architecture = match (scene.session.architecture, scene.session.coordination) {
+        (Architecture::Centralized, _) => "centralized",
+        (Architecture::Distributed, Coordination::Pairwise) => "distributed (pairwise)",
+        (Architecture::Distributed, Coordination::Average) => "distributed (average)",
+    };
+    let delay = match (scene.link.play_out, scene.link.delay_periods) {
+        (PlayOut::OnArrival, _) => "samples used on arrival".to_owned(),
+        (PlayOut::Scheduled, 1) => "delay 1 network period".to_owned(),
+        (PlayOut::Scheduled, n) => format!("delay {n} network periods"),
+    };
+    format!(
+        "{architecture}, {} users, haptic rate {} Hz, network rate {} Hz, {delay}",
+        scene.session.users, scene.rates.control_hz, scene.rates.network_hz
+    )
+}
+
+/// The verdict in one sentence.
+pub(super) fn verdict(stability: &Stability) -> String {
+    let word = if stability.stable { "stable" } else { "unstable" };
+    let radius = format!("spectral radius {} per {}", radius(stability.spectral_radius), milliseconds(stability.period_s));
+    let modes = match stability.switching {
+        Switching::None => String::new(),
+        Switching::Unproven => {
+            let unstable = stability.modes.iter().filter(|mode| !mode.stable).count();
+            let all = stability.modes.len();
+            match unstable {
+                0 => format!("; each of {all} contact modes is stable, switching between them is unproven"),
+                some => format!("; {some} of {all} contact modes unstable"),
+            }
+        }
+    };
+    format!("{word} ({radius}{modes})")
+}
+
+/// A spectral radius so that the side of 1 on which it lies can be seen.
+pub(super) fn radius(radius: f64) -> String {
+    let short = format!("{radius:.4}");
+    if short == "1.0000" && radius != 1.0 { format!("{radius:.9}") } else { short }
+}
+
+fn milliseconds(seconds: f64) -> String {
+    format!("{:.4} ms", seconds * 1e3)
+}

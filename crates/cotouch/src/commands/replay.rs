@@ -1,0 +1,61 @@
+//! `cotouch replay`: is a recording what the code does?
+
+use std::fs::File;
+use std::io::BufWriter;
+use std::path::Path;
+
+use anyhow::Context as _;
+use cotouch_runtime::export::export_csv;
+use cotouch_runtime::recording::RecordingReader;
+use cotouch_scene::names::HostIndex;
+use serde_json::json;
+
+use crate::failure::{Failure, Verdict};
+use crate::output::{Output, make_folder_of};
+use crate::session;
+
+/// Re-simulates `file`, compares, and writes its tables to `csv`.
+pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
+    if !file.is_file() {
+        return Err(Failure::usage(format!("{} is not a file; it must be a recording that a run wrote", file.display())));
+    }
+    let replayed = session::replay(file)?;
+    if replayed.ended_abruptly {
+        eprintln!("note: {} stops without its end; what it holds is replayed", file.display());
+    }
+    let tables = csv.map(|folder| write_tables(file, folder)).transpose()?.unwrap_or_default();
+    let verdict = match &replayed.difference {
+        None => "identical".to_owned(),
+        Some(difference) => format!("not identical: {difference}"),
+    };
+    let mut text = format!("{} ticks replayed, {verdict}\n", replayed.ticks);
+    tables.iter().for_each(|table| text.push_str(&format!("wrote {table}\n")));
+    let answer = json!({
+        "ticks": replayed.ticks,
+        "identical": replayed.difference.is_none(),
+        "difference": replayed.difference,
+        "ended_abruptly": replayed.ended_abruptly,
+        "tables": tables,
+    });
+    output.answer_as(&answer, &text)?;
+    Ok(if replayed.difference.is_none() { Verdict::Good } else { Verdict::Bad })
+}
+
+/// One CSV file a host, a row a tick: `hostN.csv` in `folder`.
+fn write_tables(file: &Path, folder: &Path) -> anyhow::Result<Vec<String>> {
+    let scene = cotouch_scene::parse(&RecordingReader::open(file)?.header().scene_toml, "the recording's scene", None, &[])?;
+    let mut tables = Vec::new();
+    for host in HostIndex::all(scene.session.users) {
+        let path = folder.join(format!("{host}.csv"));
+        make_folder_of(&path)?;
+        let out = File::create(&path).with_context(|| format!("{} cannot be written", path.display()))?;
+        let rows = export_csv(&mut RecordingReader::open(file)?, Some(host), BufWriter::new(out))?;
+        if rows == 0 {
+            // A host of another process: this recording knows nothing of it.
+            std::fs::remove_file(&path).with_context(|| format!("{} cannot be removed", path.display()))?;
+        } else {
+            tables.push(path.display().to_string());
+        }
+    }
+    Ok(tables)
+}

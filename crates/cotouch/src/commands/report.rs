@@ -1,0 +1,107 @@
+//! A run's summary, for people.
+
+use std::fmt::Write as _;
+
+use cotouch_runtime::summary::{Percentiles, Summary};
+
+/// What happened, in a short table.
+pub(super) fn text(summary: &Summary) -> String {
+    let mut text = format!("{}\n\n", verdict(summary));
+    let mut row = |name: &str, value: String| {
+        let _ = writeln!(text, "{name:<10} {value}");
+    };
+    let haptic = &summary.haptic;
+    let hosts = if haptic.hosts == 1 { "1 host".to_owned() } else { format!("{} hosts", haptic.hosts) };
+    row("duration", format!("{:.2} s on {hosts}", summary.duration_s));
+    row("ticks", format!("{} of {} due, {} missed", haptic.ticks, haptic.due, haptic.missed));
+    if let Some(late) = microseconds(&haptic.lateness_us) {
+        row("late", late);
+    }
+    if let Some(took) = microseconds(&haptic.compute_us) {
+        row("a tick took", took);
+    }
+    row("network", network(summary));
+    for object in &summary.objects {
+        let [x, y, z] = object.position_m.map(|metres| metres * 1e3);
+        row(&object.name, format!("at ({x:.1}, {y:.1}, {z:.1}) mm"));
+    }
+    for user in &summary.users_detail {
+        row(&user.name, format!("peak force {:.2} N, energy {:.4} J", user.peak_force_n, user.energy_j));
+    }
+    if let Some(file) = &summary.recording {
+        row("recording", file.clone());
+    }
+    if let Some(file) = &summary.picture {
+        row("picture", file.clone());
+    }
+    text
+}
+
+/// The outcome beside the prediction, in one sentence.
+pub(super) fn verdict(summary: &Summary) -> String {
+    let outcome = match summary.instability {
+        Some(instability) => format!("unstable: {}", instability.in_words()),
+        None if summary.stable => "stable".to_owned(),
+        None => "unstable".to_owned(),
+    };
+    match summary.disagrees() {
+        None => format!("{outcome}; nothing was predicted"),
+        Some(false) => format!("{outcome}, as predicted"),
+        Some(true) if summary.stable => format!(
+            "{outcome}, although the prediction was unstable: the run was too short or too quiet for the growth to show"
+        ),
+        Some(true) => format!("{outcome}, although the prediction was stable: something acted that the analysis leaves out"),
+    }
+}
+
+fn network(summary: &Summary) -> String {
+    let network = &summary.network;
+    let counts = format!("{} sent, {} received, {} lost", network.sent, network.received, network.lost);
+    match (network.round_trip_ms.mean, network.round_trip_ms.rms_jitter) {
+        (Some(mean), Some(jitter)) => format!("{counts}, round trip {mean:.3} ms, jitter {jitter:.3} ms"),
+        _ => counts,
+    }
+}
+
+fn microseconds(times: &Percentiles) -> Option<String> {
+    let Percentiles { p50: Some(p50), p99: Some(p99), p999: Some(p999), max: Some(max) } = *times else { return None };
+    Some(format!("{p50:.1} µs median, {p99:.1} µs p99, {p999:.1} µs p99.9, {max:.1} µs at most"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use cotouch_runtime::summary::{Instability, Predicted};
+
+    fn summary() -> Summary {
+        let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
+        let mut summary = Summary::new(&scene);
+        summary.predicted = Some(Predicted { stable: true, spectral_radius: 0.97 });
+        summary.duration_s = 10.0;
+        summary.haptic.hosts = 2;
+        (summary.haptic.due, summary.haptic.ticks, summary.haptic.missed) = (20_480, 20_479, 1);
+        summary.haptic.lateness_us =
+            Percentiles { p50: Some(3.2), p99: Some(40.0), p999: Some(120.5), max: Some(980.0) };
+        (summary.network.sent, summary.network.received) = (2560, 2560);
+        summary
+    }
+
+    #[test]
+    fn a_run_reads_well() {
+        insta::assert_snapshot!(text(&summary()), @"");
+    }
+
+    #[test]
+    fn disagreement_is_said_plainly() {
+        let mut summary = summary();
+        assert_eq!(verdict(&summary), "stable, as predicted");
+        (summary.stable, summary.instability) = (false, Some(Instability::EnergyGrowth));
+        assert!(verdict(&summary).contains("although the prediction was stable"));
+        summary.predicted = Some(Predicted { stable: false, spectral_radius: 1.2 });
+        assert!(verdict(&summary).ends_with("as predicted"));
+        (summary.stable, summary.instability) = (true, None);
+        assert!(verdict(&summary).contains("although the prediction was unstable"));
+        summary.predicted = None;
+        assert_eq!(verdict(&summary), "stable; nothing was predicted");
+    }
+}

@@ -1,0 +1,163 @@
+//! `cotouch run`, `serve` and `join`: what is predicted, then the session, then what happened.
+
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use cotouch_runtime::real_time;
+use cotouch_runtime::session_handle::SessionHandle;
+use cotouch_runtime::summary::{Predicted, Summary};
+use cotouch_scene::scene::Impairment;
+use cotouch_scene::{Override, Scene};
+
+use super::{prediction, report, resolve};
+use crate::arguments::{Host, Recording, Run};
+use crate::failure::{Failure, Verdict};
+use crate::figure;
+use crate::output::{Output, make_folder_of, write_file};
+use crate::progress::Stop;
+use crate::session::{self, Plan};
+
+/// Runs all hosts in this process, in real or in simulated time.
+pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+    let stop = Stop::on_interrupt()?;
+    if run.in_virtual_time {
+        // The simulated link takes its impairment from the scene.
+        let overrides = [overrides, &run.host.impair].concat();
+        let scene = cotouch_scene::load(&run.scene, &overrides)?;
+        let predicted = predict(&scene, output)?;
+        let plan = plan(&run.host, &scene.name, None)?;
+        let summary = session::run_virtual(&scene, &plan, &stop)?;
+        return conclude(&scene, summary, Some(predicted), &plan, output);
+    }
+    let scene = load_realisable(&run.scene, overrides)?;
+    let predicted = predict(&scene, output)?;
+    let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
+    if let Some(address) = run.serve {
+        warn_about_the_network(address);
+    }
+    let handle = session::start_local(&scene, run.serve, &plan)?;
+    finish(&scene, handle, predicted, &plan, &stop, output)
+}
+
+/// Runs the first host of a session that others join.
+pub(super) fn serve(
+    scene: &str,
+    listen: SocketAddr,
+    host: &Host,
+    overrides: &[Override],
+    output: &Output,
+) -> Result<Verdict, Failure> {
+    let stop = Stop::on_interrupt()?;
+    let scene = load_realisable(scene, overrides)?;
+    let predicted = predict(&scene, output)?;
+    let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
+    warn_about_the_network(listen);
+    let handle = session::start_serving(&scene, listen, &plan)?;
+    output.say(format_args!("others join with: cotouch join {listen}"));
+    finish(&scene, handle, predicted, &plan, &stop, output)
+}
+
+/// Joins a session as one of its users.
+pub(super) fn join(server: &str, user: Option<&str>, host: &Host, output: &Output) -> Result<Verdict, Failure> {
+    let stop = Stop::on_interrupt()?;
+    let server = resolve(server)?;
+    warn_about_the_network(server);
+    let plan = plan(host, "joined", impairment(&host.impair)?)?;
+    let (scene, handle) = session::start_joining(server, user, &plan)?;
+    let predicted = predict(&scene, output)?;
+    finish(&scene, handle, predicted, &plan, &stop, output)
+}
+
+fn finish(
+    scene: &Scene,
+    handle: SessionHandle,
+    predicted: Predicted,
+    plan: &Plan,
+    stop: &Stop,
+    output: &Output,
+) -> Result<Verdict, Failure> {
+    let summary = session::watch(handle, Some(predicted), plan, stop, output)?;
+    conclude(scene, summary, Some(predicted), plan, output)
+}
+
+/// The scene as a real network can play it.
+fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure> {
+    let (scene, difference) = real_time::realisable(&cotouch_scene::load(name, overrides)?);
+    if let Some(difference) = difference {
+        eprintln!("note: {difference}");
+    }
+    Ok(scene)
+}
+
+/// Says what will run and what the analysis says about it.
+fn predict(scene: &Scene, output: &Output) -> Result<Predicted, Failure> {
+    output.say(format_args!("{}: {}", scene.name, prediction::who_and_how(scene)));
+    let stability = prediction::analyze(scene)?;
+    output.say(format_args!("predicted: {}", prediction::verdict(&stability)));
+    for warning in &stability.warnings {
+        output.say(format_args!("note: {warning}"));
+    }
+    Ok(prediction::predicted(&stability))
+}
+
+fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan, Failure> {
+    let recording = match &host.recording {
+        Recording::Off => None,
+        Recording::To(file) => Some(file.clone()),
+        Recording::Named => Some(named_recording(scene)),
+    };
+    if let Some(file) = &recording {
+        make_folder_of(file)?;
+    }
+    Ok(Plan { duration_s: host.duration_s, recording, impairment, viewer: host.viewer })
+}
+
+/// `recordings/SCENE-TIME.mcap`, with TIME as in 20261122T101500Z.
+fn named_recording(scene: &str) -> PathBuf {
+    #[expect(clippy::disallowed_methods, reason = "a file's name tells people when it was made; nothing computes with it")]
+    let now = SystemTime::now();
+    let time = humantime::format_rfc3339_seconds(now).to_string().replace(['-', ':'], "");
+    // A scene's name may hold anything printable; a file's must not leave its folder.
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    let scene: String = scene.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
+    Path::new("recordings").join(format!("{scene}-{time}.mcap"))
+}
+
+/// What `--impair` asks a real link to do: only what it names.
+fn impairment(impair: &[Override]) -> Result<Option<Impairment>, Failure> {
+    if impair.is_empty() {
+        return Ok(None);
+    }
+    // Checked by the same rules as a scene's link.
+    let scene = cotouch_scene::load(crate::arguments::DEFAULT_SCENE, impair)?;
+    Ok(Some(scene.link.impairment))
+}
+
+fn warn_about_the_network(address: SocketAddr) {
+    if !address.ip().is_loopback() {
+        eprintln!("warning: packets to and from {address} are neither encrypted nor authenticated yet");
+    }
+}
+
+/// Writes the picture, says what happened, and judges.
+fn conclude(
+    scene: &Scene,
+    mut summary: Summary,
+    predicted: Option<Predicted>,
+    plan: &Plan,
+    output: &Output,
+) -> Result<Verdict, Failure> {
+    summary.predicted = predicted;
+    if let Some(recording) = &plan.recording {
+        let picture = recording.with_extension("svg");
+        let headline = format!("{}: {}", summary.scene, report::verdict(&summary));
+        let trace = session::trace_of(scene, recording)?;
+        write_file(&picture, &figure::session_picture(scene, &trace, &headline)?)?;
+        summary.recording = Some(recording.display().to_string());
+        summary.picture = Some(picture.display().to_string());
+    }
+    let text = report::text(&summary);
+    output.answer_as(&summary, &format!("\n{text}"))?;
+    Ok(if summary.stable { Verdict::Good } else { Verdict::Bad })
+}

@@ -1,0 +1,73 @@
+//! `cotouch probe` between two processes on loopback, and the link file that it writes.
+
+use std::io::{BufRead as _, BufReader};
+use std::process::{Child, Command, Stdio};
+
+use serde_json::Value;
+
+/// A reflector that ends with the test.
+struct Reflector {
+    process: Child,
+    address: String,
+}
+
+impl Reflector {
+    fn start() -> Self {
+        let mut process = Command::new(env!("CARGO_BIN_EXE_cotouch"))
+            .args(["probe", "serve", "--listen", "127.0.0.1:0"])
+            .stderr(Stdio::piped())
+            .stdout(Stdio::null())
+            .spawn()
+            .expect("the program starts");
+        let mut said = String::new();
+        BufReader::new(process.stderr.take().unwrap()).read_line(&mut said).unwrap();
+        let address = said.split_whitespace().find(|word| word.starts_with("127.")).expect("an address");
+        let address = address.trim_end_matches(';').to_owned();
+        Self { process, address }
+    }
+}
+
+impl Drop for Reflector {
+    fn drop(&mut self) {
+        let _ = self.process.kill();
+        let _ = self.process.wait();
+    }
+}
+
+#[test]
+fn a_link_is_measured_and_a_scene_can_include_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let reflector = Reflector::start();
+    let program = || {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cotouch"));
+        command.current_dir(folder.path());
+        command
+    };
+    let flags = ["--rate", "200", "--duration", "0.5", "--json", "--out", "lab.link.toml"];
+    let output = program().args(["probe", &reflector.address]).args(flags).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let document: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!((document["sent"].as_u64(), document["achievable_rate_hz"].is_null()), (Some(100), true));
+    for key in ["received", "lost", "reordered", "rms_jitter_ms"] {
+        assert!(document[key].is_number(), "{key}: {document}");
+    }
+    for key in ["mean", "p50", "p99", "max"] {
+        assert!(document["round_trip_ms"][key].is_number(), "{key}: {document}");
+    }
+    let set = "link.include=lab.link.toml";
+    let output = program().args(["scene", "show", "single-axis", "--json", "--set", set]).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{}", String::from_utf8_lossy(&output.stderr));
+    let scene: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert!(scene["link"]["impairment"]["latency_s"].as_f64().unwrap() > 0.0);
+}
+
+#[test]
+fn nobody_there_is_said_in_a_sentence() {
+    let free = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_cotouch"))
+        .args(["probe", &free.to_string(), "--duration", "0.1"])
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("nothing came back"));
+}
