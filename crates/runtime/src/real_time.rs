@@ -213,12 +213,13 @@ fn start(
         .iter()
         .map(|(transport, _)| transport.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
         .collect();
-    let (recording, mut sinks) = RecordingThread::start(scene, hosts.len(), options.recording.as_deref())?;
+    let (recording, sinks) = RecordingThread::start(scene, &hosts, options.recording.as_deref())?;
+    let mut sinks = sinks.into_iter();
     let mut haptic = Vec::new();
     let mut locals = Vec::new();
     for (((transport, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
-        let sink = sinks.pop().map(|sink| Box::new(sink) as Box<dyn RecordSink>);
+        let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
         haptic.push(new_host(scene, host, device, sink, port, snapshot_in));
         locals.push(Local { host, transport, snapshot: snapshot_out });
     }
@@ -236,7 +237,7 @@ fn new_host(
     scene: &Scene,
     host: HostIndex,
     device: Box<dyn Device>,
-    sink: Option<Box<dyn RecordSink>>,
+    sink: Option<Box<dyn RecordSink + Send>>,
     port: HapticPort,
     snapshot: triple_buffer::Input<HostSnapshot>,
 ) -> HapticHost {

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::to_toml;
 
@@ -25,15 +26,15 @@ pub(crate) struct RecordingThread {
 }
 
 impl RecordingThread {
-    /// Starts a recording of `hosts` hosts at `path`, and gives each host's end; nothing when there is no path.
+    /// Starts a recording of `hosts` at `path`, and gives each host's end; nothing when there is no path.
     pub(crate) fn start(
         scene: &Scene,
-        hosts: usize,
+        hosts: &[HostIndex],
         path: Option<&Path>,
     ) -> Result<(Option<Self>, Vec<RecordProducer>), RecordError> {
         let Some(path) = path else { return Ok((None, Vec::new())) };
         let recorder = Recorder::create(path, &header(scene, clock::unix_now_ns()))?;
-        let (producers, consumers) = (0..hosts).map(|_| record_ring(DEFAULT_CAPACITY)).unzip();
+        let (producers, consumers) = hosts.iter().map(|&host| record_ring(host, DEFAULT_CAPACITY)).unzip();
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
             .stack_size(HELPER_STACK_BYTES)

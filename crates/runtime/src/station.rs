@@ -40,7 +40,7 @@ pub struct Station<D> {
     /// Watches for limits that act for long.
     pub limits: LimitWatch,
     governor: Governor,
-    sink: Option<Box<dyn RecordSink>>,
+    sink: Option<Box<dyn RecordSink + Send>>,
     /// Where states are serialised, so that recording one allocates nothing.
     state_bytes: Vec<u8>,
     instant: Instant,
@@ -87,7 +87,7 @@ impl<D: Device> Station<D> {
         scene: &Scene,
         host: HostIndex,
         device: D,
-        sink: Option<Box<dyn RecordSink>>,
+        sink: Option<Box<dyn RecordSink + Send>>,
     ) -> Self {
         let model = HostModel::new(scene, host);
         let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
