@@ -8,9 +8,11 @@ use std::thread;
 use anyhow::Context as _;
 use cotouch_runtime::real_time::{self, RealTimeOptions};
 use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::replay::{self, Replayed};
 use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::session_handle::{LOOK_PERIOD, SessionHandle};
 use cotouch_runtime::summary::{Predicted, Summary};
+use cotouch_runtime::virtual_run;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::Impairment;
 use cotouch_viewer::{About, Viewer};
@@ -34,8 +36,13 @@ pub(crate) struct Plan {
 
 /// Runs a whole session in simulated time.
 pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Result<Summary> {
-    let _ = (scene, plan, stop);
-    anyhow::bail!("virtual time is not wired yet")
+    let duration_s = plan.duration_s.context("a run in virtual time needs a duration")?;
+    let progress = Progress::new("simulating");
+    let keep_on = |elapsed_s: f64| {
+        progress.show(elapsed_s / duration_s);
+        !stop.is_set()
+    };
+    Ok(virtual_run::run(scene, duration_s, plan.recording.as_deref(), keep_on)?)
 }
 
 /// Starts all hosts of `scene` in this process; others may join at `serve`.
@@ -134,19 +141,8 @@ pub(crate) fn trace_of(scene: &Scene, recording: &Path) -> anyhow::Result<Trace>
     Ok(trace)
 }
 
-/// What came of a replay.
-#[derive(Clone, Debug)]
-pub(crate) struct Replayed {
-    /// Ticks that were re-simulated, over all hosts.
-    pub(crate) ticks: u64,
-    /// Where the re-simulated state first differs from the recorded one; nothing when it is identical.
-    pub(crate) difference: Option<String>,
-    /// Whether the recording stops without having been finished.
-    pub(crate) ended_abruptly: bool,
-}
-
 /// Re-simulates a recording and compares it byte for byte.
 pub(crate) fn replay(file: &Path) -> anyhow::Result<Replayed> {
-    let _ = file;
-    anyhow::bail!("replay is not wired yet")
+    let progress = Progress::unmeasured("replaying");
+    Ok(replay::replay(RecordingReader::open(file)?, |ticks| progress.count(ticks))?)
 }

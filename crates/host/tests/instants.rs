@@ -96,7 +96,9 @@ fn push(scene: &Scene, objects: usize, seconds: u32) -> (f64, f64) {
 
 #[test]
 fn momentum_is_conserved_where_opposite_forces_are_equal_at_every_tick() {
-    let fresh = scene(&[RESTING, "rates.network_hz=1024", "link.delay_periods=0"]);
+    // The coupler from a remote hand to the own copy has no opposite in the distributed architecture (4.28).
+    let fresh = scene(&[RESTING, "rates.network_hz=1024", "link.delay_periods=0",
+        "coupling.remote_hand_object={stiffness_n_per_m=0, damping_n_s_per_m=0}"]);
     let (before, after) = push(&fresh, 2, 5);
     assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
 
@@ -104,6 +106,24 @@ fn momentum_is_conserved_where_opposite_forces_are_equal_at_every_tick() {
         "coupling.remote_hand_object={stiffness_n_per_m=85, damping_n_s_per_m=3}"]);
     let (before, after) = push(&server, 1, 5);
     assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
+}
+
+#[test]
+fn without_delay_a_common_drift_meets_no_force() {
+    let scene = scene(&[RESTING, "rates.network_hz=1024", "link.delay_periods=0"]);
+    let mut session = Hand2Hand::new(&scene);
+    session.settle();
+    for (state, hand) in session.states.iter_mut().zip(&mut session.hands) {
+        state.object.twist.linear.x = 0.1;
+        let mut moving = *hand.state();
+        moving.velocity.x = 0.1;
+        hand.set_state(moving);
+    }
+    for _ in 0..1024 {
+        let outputs = session.tick();
+        assert!(outputs.iter().all(|output| output.device.force.length() < 1e-9));
+    }
+    assert!((session.states[1].object.twist.linear.x - 0.1).abs() < 1e-9);
 }
 
 #[test]

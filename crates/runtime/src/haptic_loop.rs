@@ -11,7 +11,7 @@ use hdrhistogram::Histogram;
 
 use crate::clock;
 use crate::priority;
-use crate::record::{Note, TickRecord};
+use crate::record::TickRecord;
 use crate::snapshot::HostSnapshot;
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
@@ -158,10 +158,7 @@ fn wait_for_tick(port: &mut HapticPort, rate: Rate, tick: u64) -> Option<(u64, i
 /// One tick of one host. No allocation, no lock, no system call besides the device and the clock.
 fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -> TickRecord {
     let began = clock::now();
-    if skipped > 0 {
-        host.timing.missed += skipped;
-        host.station.note(Note::Skipped { ticks: skipped });
-    }
+    host.timing.missed += skipped;
     if let Some(packet) = host.station.begin(tick) {
         host.port.leave(None, packet);
     }

@@ -22,4 +22,5 @@ pub mod summary;
 mod summary_of_run;
 mod tick_fields;
 pub mod transport;
+pub mod virtual_run;
 pub mod virtual_time;

@@ -3,10 +3,10 @@
 use thread_priority::ThreadPriority;
 
 /// A stack that is small enough to be locked into memory, and ample for a tick.
-pub const HAPTIC_STACK_BYTES: usize = 512 * 1024;
+pub(crate) const HAPTIC_STACK_BYTES: usize = 512 * 1024;
 
 /// Stack of a network or recorder thread.
-pub const HELPER_STACK_BYTES: usize = 256 * 1024;
+pub(crate) const HELPER_STACK_BYTES: usize = 256 * 1024;
 
 /// SCHED_FIFO priority of the haptic thread; audio servers and PREEMPT_RT interrupt threads use more.
 const FIFO_PRIORITY: u8 = 40;
@@ -14,7 +14,7 @@ const FIFO_PRIORITY: u8 = 40;
 /// Raises the calling thread to real-time scheduling, locks the process's memory and asks for precise timers. What the
 /// system does not allow is left as it was and said in one sentence.
 #[must_use]
-pub fn raise_haptic_thread() -> Option<String> {
+pub(crate) fn raise_haptic_thread() -> Option<String> {
     let mut refused = Vec::new();
     if raise_to_fifo().is_err() {
         refused.push("real-time scheduling (SCHED_FIFO)");

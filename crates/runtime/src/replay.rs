@@ -1,8 +1,15 @@
 //! Whether a replay gives again what was recorded, bit for bit.
+//!
+//! [`replay`] feeds every station of a recording what it consumed then, and compares what comes of every tick, and
+//! once a second the whole state. [`compare_tick`] is the comparison.
+
+mod resimulate;
 
 use std::fmt;
 
 use cotouch_scene::names::HostIndex;
+
+pub use resimulate::{ReplayError, Replayed, replay};
 
 use crate::record::TickRecord;
 use crate::tick_fields::{Field, Value, visit_results};

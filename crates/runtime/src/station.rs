@@ -40,6 +40,8 @@ pub struct Station<D> {
     /// Watches for limits that act for long.
     pub limits: LimitWatch,
     governor: Governor,
+    /// After a longer gap between ticks, forces begin again softly.
+    watchdog_ticks: u64,
     sink: Option<Box<dyn RecordSink + Send>>,
     /// Where states are serialised, so that recording one allocates nothing.
     state_bytes: Vec<u8>,
@@ -57,6 +59,8 @@ pub struct StationState {
     pub port: PortEnergy,
     /// Whether the governor is to let go.
     pub releasing: bool,
+    /// The last tick that was done.
+    pub last_tick: Option<u64>,
 }
 
 /// What is known of the instant that is being worked on.
@@ -66,6 +70,8 @@ struct Instant {
     step: Option<u64>,
     reading: Reading,
     device_failed: bool,
+    /// Ticks that were left out before this one.
+    skipped: u64,
 }
 
 /// How a tick went in real time; zeros in virtual time.
@@ -96,6 +102,7 @@ impl<D: Device> Station<D> {
             governor: governor.start(),
             port: PortEnergy::default(),
             releasing: false,
+            last_tick: None,
         };
         Self {
             state,
@@ -103,6 +110,7 @@ impl<D: Device> Station<D> {
             oscillation: OscillationMonitor::new(scene.rates.control_hz.period_s()),
             limits: LimitWatch::default(),
             governor,
+            watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
             state_bytes: Vec::with_capacity(if sink.is_some() { STATE_BYTES } else { 0 }),
             sink,
             instant: Instant::default(),
@@ -123,6 +131,7 @@ impl<D: Device> Station<D> {
             oscillation: self.oscillation.clone(),
             limits: self.limits,
             governor: self.governor.clone(),
+            watchdog_ticks: self.watchdog_ticks,
             sink: None,
             state_bytes: Vec::new(),
             instant: self.instant,
@@ -138,7 +147,11 @@ impl<D: Device> Station<D> {
         let device_failed = read.is_err();
         let reading = read.unwrap_or(self.instant.reading);
         let step = self.model.step_due(&self.state.host, tick);
-        self.instant = Instant { tick, step, reading, device_failed };
+        let skipped = self.state.last_tick.map_or(0, |last| tick.saturating_sub(last + 1));
+        self.instant = Instant { tick, step, reading, device_failed, skipped };
+        if skipped > 0 {
+            self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
+        }
         let packet = self.model.sample(&self.state.host, step?, &reading)?;
         self.record(|| RecordKind::Sent { to: None, packet: packet.clone() });
         Some(packet)
@@ -195,7 +208,8 @@ impl<D: Device> Station<D> {
     ///
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> TickRecord {
-        let Instant { tick, reading, device_failed, .. } = self.instant;
+        let Instant { tick, reading, device_failed, skipped, .. } = self.instant;
+        self.state.last_tick = Some(tick);
         self.model.play_out(&mut self.state.host, tick);
         let output = self.model.tick(&mut self.state.host, tick, &reading);
         let governed = self.governor.govern(
@@ -203,7 +217,7 @@ impl<D: Device> Station<D> {
             &GovernorInput {
                 requested: output.device,
                 reading,
-                stop: self.state.releasing || output.diverged,
+                stop: self.state.releasing || output.diverged || skipped > self.watchdog_ticks,
                 link_ok: true,
                 fresh: !device_failed,
             },
@@ -220,11 +234,6 @@ impl<D: Device> Station<D> {
         (record.lateness_ns, record.compute_ns) = (lateness_ns, compute_ns);
         self.record(|| RecordKind::Tick(record.clone()));
         record
-    }
-
-    /// Records something for people to read.
-    pub fn note(&mut self, note: Note) {
-        self.record(|| RecordKind::Note(note));
     }
 
     fn tick_record(&self, output: &TickOutput, commanded: Wrench, governor_acted: u32) -> TickRecord {

@@ -1,0 +1,164 @@
+//! Feeding recorded inputs to fresh stations.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+
+use cotouch_device::device::{Device, DeviceError, DeviceLimits};
+use cotouch_scene::SceneErrors;
+use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+
+use super::{Comparison, Difference, TickDifference};
+use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+use crate::recording::{RecordingError, RecordingReader};
+use crate::station::{Punctuality, Station, StationState};
+
+/// What came of a replay.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Replayed {
+    /// Ticks compared, and the first difference.
+    pub comparison: Comparison,
+    /// Ticks that could not be compared, because items before them are missing in the recording.
+    pub skipped: u64,
+    /// Whether the recording stops without having been finished.
+    pub ended_abruptly: bool,
+}
+
+/// Why a recording cannot be replayed.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// The file does not read.
+    #[error(transparent)]
+    Recording(#[from] RecordingError),
+    /// Its scene does not read.
+    #[error("the scene in the recording cannot be used: {0}")]
+    Scene(SceneErrors),
+    /// It speaks of a host that its scene does not have.
+    #[error("the recording speaks of {host}; its scene has {users} hosts")]
+    Host {
+        /// The host.
+        host: HostIndex,
+        /// Hosts of the scene.
+        users: u8,
+    },
+}
+
+/// Re-simulates a recording and compares. `progress` is told how many ticks are done, now and then.
+///
+/// # Errors
+/// When the recording or its scene does not read.
+pub fn replay<R: Read>(
+    mut recording: RecordingReader<R>,
+    mut progress: impl FnMut(u64),
+) -> Result<Replayed, ReplayError> {
+    let text = recording.header().scene_toml.clone();
+    let scene =
+        cotouch_scene::parse(&text, "the recorded scene", None, &[]).map_err(ReplayError::Scene)?;
+    let mut hosts: BTreeMap<HostIndex, Resimulated> = BTreeMap::new();
+    let mut comparison = Comparison::default();
+    for item in recording.by_ref() {
+        let item = item?;
+        let (host, users) = (item.host, scene.session.users);
+        if host.0 >= users {
+            return Err(ReplayError::Host { host, users });
+        }
+        hosts.entry(host).or_insert_with(|| Resimulated::new(&scene, host)).take(item, &mut comparison);
+        if comparison.ticks.is_multiple_of(1024) {
+            progress(comparison.ticks);
+        }
+    }
+    Ok(Replayed {
+        comparison,
+        skipped: hosts.values().map(|host| host.skipped).sum(),
+        ended_abruptly: recording.end().is_none_or(|end| end.ended_abruptly),
+    })
+}
+
+/// One host that is fed from a recording.
+struct Resimulated {
+    station: Station<RecordedDevice>,
+    /// Whether the station's state is what the recorded host's was: from a recorded state on, until a gap.
+    in_step: bool,
+    skipped: u64,
+}
+
+impl Resimulated {
+    fn new(scene: &Scene, host: HostIndex) -> Self {
+        Self { station: Station::new(scene, host, RecordedDevice::default(), None), in_step: false, skipped: 0 }
+    }
+
+    fn take(&mut self, item: RecordItem, comparison: &mut Comparison) {
+        match item.kind {
+            RecordKind::Received { from, packet } => self.station.receive(from, &packet),
+            RecordKind::Presence { peer, present } => self.station.set_present(peer, present),
+            RecordKind::Adopt => self.station.adopt_world(),
+            RecordKind::Release => self.station.release(),
+            RecordKind::Note(Note::Dropped { .. }) => self.in_step = false,
+            RecordKind::State(bytes) => self.meet_state(item.host, item.tick, &bytes, comparison),
+            RecordKind::Tick(tick) if self.in_step => {
+                let replayed = self.tick(item.tick, &tick);
+                comparison.compare(item.host, item.tick, &tick, &replayed);
+            }
+            RecordKind::Tick(_) => self.skipped += 1,
+            RecordKind::Sent { .. } | RecordKind::Note(_) => {}
+        }
+    }
+
+    fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
+        self.station.device =
+            RecordedDevice { reading: recorded.reading, failed: recorded.device_failed };
+        self.station.begin(tick);
+        self.station.respond();
+        self.station.finish(Punctuality::default)
+    }
+
+    /// A whole recorded state: compared where the station is in step, taken over where it is not.
+    fn meet_state(&mut self, host: HostIndex, tick: u64, bytes: &[u8], comparison: &mut Comparison) {
+        let own = postcard::to_allocvec(&self.station.state).unwrap_or_default();
+        if self.in_step {
+            if own != bytes && comparison.first_difference.is_none() {
+                let difference = Difference {
+                    field: "the whole state".to_owned(),
+                    recorded: format!("{} bytes", bytes.len()),
+                    replayed: format!("{} other bytes", own.len()),
+                };
+                comparison.first_difference = Some(TickDifference { host, tick, difference });
+            }
+        } else if let Some(state) = postcard::from_bytes::<StationState>(bytes)
+            .ok()
+            .filter(|state| state.host.peers.len() == self.station.state.host.peers.len())
+        {
+            self.station.state = state;
+            self.in_step = true;
+        }
+    }
+}
+
+/// Reports what was recorded; what is rendered goes nowhere.
+#[derive(Clone, Copy, Debug, Default)]
+struct RecordedDevice {
+    reading: Reading,
+    failed: bool,
+}
+
+impl Device for RecordedDevice {
+    fn name(&self) -> &str {
+        "recording"
+    }
+
+    fn limits(&self) -> DeviceLimits {
+        DeviceLimits::POINT
+    }
+
+    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+        if self.failed {
+            return Err(DeviceError::TickOutOfReach { device: String::new(), asked: tick, at: tick, most_ahead: 0 });
+        }
+        Ok(self.reading)
+    }
+
+    fn write(&mut self, _: Wrench) -> Result<(), DeviceError> {
+        Ok(())
+    }
+}

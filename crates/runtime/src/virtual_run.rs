@@ -1,0 +1,123 @@
+//! A whole run in virtual time: simulated hands, a recording, a summary.
+
+use std::path::Path;
+use std::sync::{Arc, Mutex, PoisonError};
+
+use cotouch_device::hand::{HandError, SimulatedHand};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Impairment, Scene};
+
+use crate::exchange::RecordSink;
+use crate::haptic_loop::Timing;
+use crate::record::RecordItem;
+use crate::recorder::{RecordError, Recorder};
+use crate::recording_thread::{facts, header};
+use crate::station::Station;
+use crate::summary::Summary;
+use crate::summary_of_run::{HostRun, summarise};
+use crate::virtual_time::VirtualSession;
+
+/// Ticks between two reports of progress.
+const PROGRESS_TICKS: u64 = 1024;
+
+/// Why a run in virtual time did not come to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum VirtualRunError {
+    /// The simulated hosts never all joined.
+    #[error("the hosts could not join within 10 simulated seconds; the simulated link loses or delays too much: loss_rate {loss_rate}, latency_s {latency_s}")]
+    NotJoined {
+        /// Of the scene.
+        loss_rate: f64,
+        /// Of the scene.
+        latency_s: f64,
+    },
+    /// The scene's hands cannot be simulated.
+    #[error(transparent)]
+    Hand(#[from] HandError),
+    /// The recording cannot be written.
+    #[error(transparent)]
+    Recording(#[from] RecordError),
+}
+
+/// Runs `scene` for `duration_s` of session time, then lets go of the hands. `progress` is told the session time (s)
+/// now and then; the run ends early when it returns false. The same scene gives the same recording, byte for byte.
+///
+/// # Errors
+/// When the hosts cannot join over the simulated link, or the recording cannot be written.
+pub fn run(
+    scene: &Scene,
+    duration_s: f64,
+    recording: Option<&Path>,
+    mut progress: impl FnMut(f64) -> bool,
+) -> Result<Summary, VirtualRunError> {
+    let recorder = recording.map(|path| Recorder::create(path, &header(scene, 0))).transpose()?;
+    let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
+    let mut session = new_session(scene, recorder.as_ref())?;
+    if !session.run_to_tick(0, |_, _| {}) {
+        let Impairment { loss_rate, latency_s, .. } = scene.link.impairment;
+        return Err(VirtualRunError::NotJoined { loss_rate, latency_s });
+    }
+    let rate = scene.rates.control_hz;
+    let end = (duration_s * rate.hz()).ceil() as u64;
+    let mut tick = 0;
+    while tick < end {
+        tick = end.min(tick + PROGRESS_TICKS);
+        session.run_to_tick(tick, |_, _| {});
+        if !progress(rate.instant(tick).as_secs_f64()) {
+            break;
+        }
+    }
+    release(&mut session, tick, rate.hz());
+    let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(scene, &session));
+    drop(session);
+    if let (Some(recorder), Some(path)) = (recorder.and_then(Arc::into_inner), recording) {
+        recorder.into_inner().unwrap_or_else(PoisonError::into_inner).finish(facts(&summary))?;
+        summary.recording = Some(path.display().to_string());
+    }
+    Ok(summary)
+}
+
+fn new_session(
+    scene: &Scene,
+    recorder: Option<&Arc<Mutex<Recorder>>>,
+) -> Result<VirtualSession<SimulatedHand>, HandError> {
+    let hands: Vec<_> = scene.hosts().map(|host| SimulatedHand::of_scene(scene, host)).collect::<Result<_, _>>()?;
+    let mut hands = hands.into_iter();
+    Ok(VirtualSession::new(scene, |host| {
+        let sink = recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
+        Station::new(scene, host, hands.next().expect("one a host"), sink)
+    }))
+}
+
+/// Runs on until no device renders a force any more.
+fn release(session: &mut VirtualSession<SimulatedHand>, tick: u64, rate_hz: f64) {
+    let hosts: Vec<HostIndex> = session.hosts().iter().map(|host| host.station.model.host).collect();
+    for &host in &hosts {
+        session.host_mut(host).station.release();
+    }
+    let longest = tick + (2.0 * rate_hz) as u64;
+    let mut next = tick;
+    while next < longest && !session.hosts().iter().all(|host| host.station.is_released()) {
+        next += 1;
+        session.run_to_tick(next, |_, _| {});
+    }
+}
+
+fn runs(scene: &Scene, session: &VirtualSession<SimulatedHand>) -> Vec<HostRun> {
+    let run = |host: &crate::virtual_time::VirtualHost<SimulatedHand>| {
+        let peers = host.station.model.host.others(scene.session.users);
+        let links = peers.filter_map(|peer| host.endpoint.statistics(peer)).collect();
+        let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };
+        HostRun::new(&host.station, timing, links)
+    };
+    session.hosts().iter().map(run).collect()
+}
+
+/// All stations write into one recording, in the order of events.
+struct Shared(Arc<Mutex<Recorder>>);
+
+impl RecordSink for Shared {
+    fn record(&mut self, item: &RecordItem) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).record(item);
+    }
+}
