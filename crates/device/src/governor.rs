@@ -282,21 +282,22 @@ fn scaled(wrench: Wrench, gain: f64) -> Wrench {
 }
 
 /// A finite vector, made no longer than `longest`, and whether it had to be.
+#[inline]
 fn shortened(vector: DVec3, longest: f64) -> (DVec3, bool) {
-    if vector.length() <= longest {
-        return (vector, false);
-    }
+    if vector.length() <= longest { (vector, false) } else { (cut(vector, longest), true) }
+}
+
+#[cold]
+fn cut(vector: DVec3, longest: f64) -> DVec3 {
     // The largest component first: the length of a huge vector overflows.
     let unit = (vector / vector.abs().max_element()).normalize();
-    let mut short = unit * longest;
-    if short.length() > longest {
-        short *= 1.0 - 2.0 * f64::EPSILON;
-    }
-    (short, true)
+    let short = unit * longest;
+    if short.length() > longest { short * (1.0 - 2.0 * f64::EPSILON) } else { short }
 }
 
 /// From `last` to `target` in a step of at most `longest_step`, and whether that stopped short. Both are no longer
 /// than `longest`, and so is the result.
+#[inline]
 fn towards(last: DVec3, target: DVec3, longest_step: f64, longest: f64) -> (DVec3, bool) {
     let (step, stopped) = shortened(target - last, longest_step);
     if stopped { (shortened(last + step, longest).0, true) } else { (target, false) }

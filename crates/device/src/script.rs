@@ -181,7 +181,11 @@ impl Script {
             }
             _ => Target::at(state.anchor),
         };
-        path.plus(state.transition.offset(elapsed_s))
+        if elapsed_s < state.transition.duration_s {
+            path.plus(state.transition.offset(elapsed_s))
+        } else {
+            path
+        }
     }
 
     fn force(&self, state: &ScriptState, tick: u64, elapsed_s: f64) -> DVec3 {
