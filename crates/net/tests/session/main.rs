@@ -139,7 +139,7 @@ fn sixteen_hosts_on_a_bad_link() {
         ..Impairment::NONE
     };
     let mut net = Net::full(16, Distributed, link, 3);
-    net.run_for(8 * S);
+    net.run_for(5 * S);
     assert_in_phase(&net, 16, Distributed);
 }
 
