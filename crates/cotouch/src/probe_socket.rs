@@ -9,7 +9,8 @@ use anyhow::Context as _;
 use cotouch_net::probe::{self, ProbeConfig, ProbeReport};
 use cotouch_net::wire::MAX_DATAGRAM;
 use cotouch_scene::time::{LocalTime, Rate};
-use rustix::time::{ClockId, Timespec, clock_gettime, clock_nanosleep_absolute};
+use rustix::thread::clock_nanosleep_absolute;
+use rustix::time::{ClockId, Timespec, clock_gettime};
 
 use crate::progress::Stop;
 

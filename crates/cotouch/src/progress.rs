@@ -21,6 +21,20 @@ impl Progress {
         Self(bar)
     }
 
+    /// A line that counts, for work whose length is not known.
+    pub(crate) fn unmeasured(what: &str) -> Self {
+        let bar = ProgressBar::no_length();
+        let style = ProgressStyle::with_template("{msg} {spinner} {human_pos} ticks");
+        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+        bar.set_message(what.to_owned());
+        Self(bar)
+    }
+
+    /// Shows how much is done.
+    pub(crate) fn count(&self, done: u64) {
+        self.0.set_position(done);
+    }
+
     /// Shows the share that is done, 0 to 1.
     pub(crate) fn show(&self, share: f64) {
         self.0.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);

@@ -24,21 +24,27 @@ pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result
         eprintln!("note: {} stops without its end; what it holds is replayed", file.display());
     }
     let tables = csv.map(|folder| write_tables(file, folder)).transpose()?.unwrap_or_default();
-    let verdict = match &replayed.difference {
+    let difference = replayed.comparison.first_difference.as_ref().map(ToString::to_string);
+    let verdict = match &difference {
         None => "identical".to_owned(),
         Some(difference) => format!("not identical: {difference}"),
     };
-    let mut text = format!("{} ticks replayed, {verdict}\n", replayed.ticks);
+    let mut text = format!("{} ticks replayed, {verdict}\n", replayed.comparison.ticks);
+    if replayed.skipped > 0 {
+        let skipped = replayed.skipped;
+        text.push_str(&format!("{skipped} ticks could not be replayed, because items before them are missing\n"));
+    }
     tables.iter().for_each(|table| text.push_str(&format!("wrote {table}\n")));
     let answer = json!({
-        "ticks": replayed.ticks,
-        "identical": replayed.difference.is_none(),
-        "difference": replayed.difference,
+        "ticks": replayed.comparison.ticks,
+        "identical": difference.is_none(),
+        "difference": difference,
+        "not_replayed": replayed.skipped,
         "ended_abruptly": replayed.ended_abruptly,
         "tables": tables,
     });
     output.answer_as(&answer, &text)?;
-    Ok(if replayed.difference.is_none() { Verdict::Good } else { Verdict::Bad })
+    Ok(if difference.is_none() { Verdict::Good } else { Verdict::Bad })
 }
 
 /// One CSV file a host, a row a tick: `hostN.csv` in `folder`.

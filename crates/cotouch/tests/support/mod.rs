@@ -29,7 +29,9 @@ pub fn scene(settings: &[&str]) -> Scene {
 
 /// The analysis's map of the scene's only contact mode.
 pub fn lifted(scene: &Scene) -> LiftedMap {
-    cotouch_analysis::lifted_map(scene).unwrap()
+    let modes = cotouch_analysis::compile::compile(scene);
+    assert_eq!(modes.len(), 1, "a linear scene has one contact mode");
+    modes[0].spec.lift().unwrap()
 }
 
 /// A session at rest, with soft start and fading behind it, at an instant where the pattern begins.
