@@ -5,7 +5,7 @@ mod write;
 
 use cotouch_scene::names::HostIndex;
 
-pub(crate) use read::{MalformedMessage, decode};
+pub(crate) use read::decode;
 pub(crate) use write::encode;
 
 /// The message types, as prost makes them of the definitions.
