@@ -96,8 +96,6 @@ pub(crate) struct Run {
     pub(crate) scene: String,
     /// Simulated time instead of real time.
     pub(crate) in_virtual_time: bool,
-    /// Where the first host also listens for others.
-    pub(crate) serve: Option<SocketAddr>,
     /// How the hosts run; its duration is always given.
     pub(crate) host: Host,
 }

@@ -45,9 +45,8 @@ pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Re
     Ok(virtual_run::run(scene, duration_s, plan.recording.as_deref(), keep_on)?)
 }
 
-/// Starts all hosts of `scene` in this process; others may join at `serve`.
-pub(crate) fn start_local(scene: &Scene, serve: Option<SocketAddr>, plan: &Plan) -> anyhow::Result<SessionHandle> {
-    anyhow::ensure!(serve.is_none(), "`--serve` is not wired yet");
+/// Starts all hosts of `scene` in this process.
+pub(crate) fn start_local(scene: &Scene, plan: &Plan) -> anyhow::Result<SessionHandle> {
     Ok(real_time::run_local(scene, &options(plan))?)
 }
 

@@ -1,5 +1,6 @@
 //! How a host comes into a session: the protocol's configuration for a scene.
 
+use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
 use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
@@ -31,7 +32,7 @@ pub fn endpoint(scene: &Scene, host: HostIndex, server: SocketAddr, now: LocalTi
 /// The endpoint of a session that others join when they like.
 #[must_use]
 pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
-    let mut config = config(scene, instance_seed(now));
+    let mut config = config(scene, instance_seed());
     config.start = StartWhen::Immediately;
     Endpoint::serve(config, now)
 }
@@ -39,7 +40,7 @@ pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
 /// The endpoint of a newcomer who wants to be `user`, or anyone.
 #[must_use]
 pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: SocketAddr, now: LocalTime) -> Endpoint {
-    let mut config = config(scene, instance_seed(now));
+    let mut config = config(scene, instance_seed());
     config.user = user.map(str::to_owned);
     Endpoint::join(config, server, now)
 }
@@ -54,7 +55,7 @@ pub(crate) fn fetch_scene(
     patience: Duration,
 ) -> Result<Scene, StartError> {
     let now = clock::now();
-    let mut fetch = SceneFetch::new(server, instance_seed(now), now, patience.as_nanos() as i64);
+    let mut fetch = SceneFetch::new(server, instance_seed(), now, patience.as_nanos() as i64);
     let mut datagram = [0; 2048];
     socket.set_read_timeout(Some(Duration::from_millis(20))).map_err(StartError::Thread)?;
     let text = loop {
@@ -83,7 +84,7 @@ fn config(scene: &Scene, seed: u64) -> Config {
     config
 }
 
-/// Every life of a host needs ids of its own.
-fn instance_seed(now: LocalTime) -> u64 {
-    (now.0 as u64).rotate_left(32) ^ u64::from(std::process::id())
+/// Every life of a host needs ids of its own: randomness from the operating system.
+fn instance_seed() -> u64 {
+    RandomState::new().build_hasher().finish()
 }

@@ -1,4 +1,24 @@
 //! Sessions in virtual time and in real time; recorder and replay.
+//!
+//! A [`station::Station`] is one host with its device and its governor, as a value that is stepped. Everything else
+//! here decides *when* it is stepped and what it hears:
+//!
+//! - [`virtual_time`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
+//!   scene that way, far faster than real time, to the same bytes every time;
+//! - [`real_time`] starts sessions on real clocks and sockets: one pacing thread a process, two network threads a host
+//!   ([`transport`]), one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
+//!
+//! Both write the same recording ([`record`], [`recorder`]), which [`recording`] reads, [`export`] turns into tables
+//! and [`replay`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is late skips to
+//! the tick that is due, advances its world by one period and says so in the recording.
+//!
+//! ```
+//! let scene = cotouch_scene::load("single-axis", &[])?;
+//! let summary = cotouch_runtime::virtual_run::run(&scene, 0.5, None, |_elapsed_s| true)?;
+//! assert_eq!(summary.haptic.due, summary.haptic.ticks + summary.haptic.missed);
+//! assert!(summary.stable);
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod clock;
 pub mod exchange;
@@ -6,7 +26,7 @@ pub mod export;
 mod haptic_loop;
 mod impairment;
 pub mod joining;
-mod messages;
+pub mod messages;
 pub mod monitor;
 mod priority;
 pub mod real_time;
@@ -20,7 +40,7 @@ pub mod snapshot;
 pub mod station;
 pub mod summary;
 mod summary_of_run;
-mod tick_fields;
+pub mod tick_fields;
 pub mod transport;
 pub mod virtual_run;
 pub mod virtual_time;

@@ -144,15 +144,12 @@ Example:
 
 #[derive(Args, Debug, Default, PartialEq)]
 struct RunFlags {
-    /// No page
+    /// No page, unless --serve asks for one
     #[arg(long)]
     headless: bool,
     /// Simulated time: one thread, simulated links, the same bytes every time; no page
     #[arg(long = "virtual", conflicts_with = "serve")]
     in_virtual_time: bool,
-    /// Let others join at this address too, as with `cotouch serve`
-    #[arg(long, value_name = "ADDR")]
-    serve: Option<SocketAddr>,
     /// How long, s of session time [default: 10]; Ctrl-C ends it earlier
     #[arg(long, value_name = "S", value_parser = duration)]
     duration: Option<f64>,
@@ -162,7 +159,7 @@ struct RunFlags {
 
 #[derive(Args, Debug)]
 struct HostFlags {
-    /// No page
+    /// No page, unless --serve asks for one
     #[arg(long)]
     headless: bool,
     /// How long, s of session time [default: until Ctrl-C or the end of the session]
@@ -181,9 +178,9 @@ struct SharedFlags {
     /// No recording and no picture
     #[arg(long)]
     no_record: bool,
-    /// Where the page is served [default: 127.0.0.1:7700]
-    #[arg(long, value_name = "ADDR", conflicts_with = "headless")]
-    viewer: Option<SocketAddr>,
+    /// Where the page is served [default: 127.0.0.1:7700]; others than this computer only where you trust the network
+    #[arg(long, value_name = "ADDR")]
+    serve: Option<SocketAddr>,
     /// Impair the link: latency_s, jitter_s, loss_rate, loss_burst_packets, reorder_rate, duplicate_rate or
     /// rate_limit_bytes_per_s, one way; seeded by session.seed; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = impairment)]
@@ -315,7 +312,7 @@ impl RunFlags {
         let no_page = self.headless || self.in_virtual_time;
         let duration_s = self.duration.or(Some(DEFAULT_DURATION_S));
         let host = self.shared.lift(no_page, duration_s);
-        Command::Run(Run { scene, in_virtual_time: self.in_virtual_time, serve: self.serve, host })
+        Command::Run(Run { scene, in_virtual_time: self.in_virtual_time, host })
     }
 }
 
@@ -333,7 +330,7 @@ impl SharedFlags {
             None => Recording::Named,
         };
         let usual = || DEFAULT_VIEWER.parse().expect("an address and a port");
-        let viewer = (!no_page).then(|| self.viewer.unwrap_or_else(usual));
+        let viewer = self.serve.or_else(|| (!no_page).then(usual));
         let impair = self.impair.into_iter().map(|impair| impair.set).collect();
         Host { duration_s, recording, viewer, impair }
     }

@@ -33,10 +33,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
     let scene = load_realisable(&run.scene, overrides)?;
     let predicted = predict(&scene, output)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
-    if let Some(address) = run.serve {
-        warn_about_the_network(address);
-    }
-    let handle = session::start_local(&scene, run.serve, &plan)?;
+    let handle = session::start_local(&scene, &plan)?;
     finish(&scene, handle, predicted, &plan, &stop, output)
 }
 
