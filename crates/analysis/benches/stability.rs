@@ -1,1 +1,28 @@
-fn main(){}
+//! One verdict: description, map, structure and eigenvalues.
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use cotouch_analysis::compile::compile;
+use cotouch_analysis::stability::analyze;
+use cotouch_scene::scene::Architecture;
+use criterion::{Criterion, criterion_group, criterion_main};
+
+fn verdicts(criterion: &mut Criterion) {
+    for users in [2, 8] {
+        let mut scene = common::with_users(common::table_6_1(Architecture::Distributed), users);
+        scene.link.delay_periods = 1;
+        criterion.bench_function(&format!("verdict, {users} users, N = 8, n = 1"), |bencher| {
+            bencher.iter(|| analyze(black_box(&scene)).unwrap());
+        });
+        let modes = compile(&scene);
+        criterion.bench_function(&format!("map, {users} users, N = 8, n = 1"), |bencher| {
+            bencher.iter(|| black_box(&modes[0].spec).lift_shared().unwrap());
+        });
+    }
+}
+
+criterion_group!(benches, verdicts);
+criterion_main!(benches);

@@ -24,7 +24,9 @@ pub enum SpecError {
     #[error("line {0} carries {1}, and is used as {2}")]
     WrongSignal(usize, &'static str, &'static str),
     /// Matrices that do not fit each other.
-    #[error("the plant of {0} needs A n×n, B n, C 2×n and n state names, n at least 1; found A {1}×{2}, B {3}, C {4}×{5} and {6} names")]
+    #[error(
+        "the plant of {0} needs A n×n, B n, C 2×n and n state names, n at least 1; found A {1}×{2}, B {3}, C {4}×{5} and {6} names"
+    )]
     Shape(String, usize, usize, usize, usize, usize, usize),
     /// A number out of range.
     #[error("{what} must be {allowed}; found {found}")]
@@ -47,7 +49,9 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
     for (index, line) in spec.lines.iter().enumerate() {
         match line.signal {
             Signal::Motion(body) => check_index("body", body.0, spec.bodies.len())?,
-            Signal::Force(coupling) => check_coupling(spec, &coupling, &format!("the force of line {index}"))?,
+            Signal::Force(coupling) => {
+                check_coupling(spec, &coupling, &format!("the force of line {index}"))?
+            }
         }
     }
     for action in &spec.actions {

@@ -3,7 +3,9 @@
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Architecture, Coordination, PlayOut, Scene, SpringDamper, WallSides};
 
-use crate::loop_spec::{Body, BodyId, Coupling, Delay, Dynamics, Line, LineId, LoopSpec, Motion, Plant, Signal};
+use crate::loop_spec::{
+    Body, BodyId, Coupling, Delay, Dynamics, Line, LineId, LoopSpec, Motion, Plant, Signal,
+};
 
 /// A latency that exceeds a whole number of ticks by no more than this counts as that number: instants are rounded
 /// to nanoseconds.
@@ -46,8 +48,10 @@ fn compile_mode(scene: &Scene, wall: bool) -> LoopSpec {
 fn distributed(scene: &Scene, wall: bool) -> LoopSpec {
     let coupling = &scene.coupling;
     let mut spec = LoopSpec::new(scene.schedule());
-    let bodies: Vec<_> =
-        scene.hosts().map(|host| (hand(&mut spec, scene, host), object(&mut spec, scene, host, wall))).collect();
+    let bodies: Vec<_> = scene
+        .hosts()
+        .map(|host| (hand(&mut spec, scene, host), object(&mut spec, scene, host, wall)))
+        .collect();
     let object_object = match scene.session.coordination {
         Coordination::Pairwise => coupling.object_object,
         // k_o·(mean − x_i) = Σ_j k_o/U·(x_j − x_i), the own copy adding nothing.
@@ -114,8 +118,7 @@ fn hand(spec: &mut LoopSpec, scene: &Scene, host: HostIndex) -> BodyId {
 
 /// A copy of the object with its damping or compensation, and the wall where it touches.
 fn object(spec: &mut LoopSpec, scene: &Scene, host: HostIndex, wall: bool) -> BodyId {
-    let dynamics =
-        Dynamics::Mass { mass_kg: scene.object.mass_kg, integrator: scene.session.integrator };
+    let dynamics = Dynamics::Mass { mass_kg: scene.object.mass_kg, integrator: scene.session.integrator };
     let object = spec.body(Body { states: motion_states(host, Part::Object), dynamics });
     spec.pull(object, Motion::Ground, damper(scene.object.damping_n_s_per_m));
     if wall {
@@ -146,7 +149,8 @@ fn motion_line(
 /// The constant delay of samples from one host to another.
 fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
     let latency_s = scene.impairment(from, to).latency_s;
-    let transit_ticks = ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;
+    let transit_ticks =
+        ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;
     match scene.link.play_out {
         PlayOut::Scheduled => Delay::Scheduled { periods: scene.play_out_periods(from), transit_ticks },
         PlayOut::OnArrival => Delay::OnArrival { transit_ticks },

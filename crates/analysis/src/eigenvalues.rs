@@ -93,7 +93,8 @@ pub(crate) fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Ei
 /// `H·A·H` with a reflection in a plane that is aligned with nothing.
 fn reflected(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let size = matrix.nrows();
-    let normal = nalgebra::DVector::from_fn(size, |i, _| 1.0 + (i as f64 * 0.754_877_666_2).fract()).normalize();
+    let normal =
+        nalgebra::DVector::from_fn(size, |i, _| 1.0 + (i as f64 * 0.754_877_666_2).fract()).normalize();
     let reflect = DMatrix::identity(size, size) - &normal * normal.transpose() * 2.0;
     &reflect * matrix * &reflect
 }

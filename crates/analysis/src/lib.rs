@@ -1,4 +1,39 @@
-//! x
+//! Exact sampled-data stability analysis: what a session will do, before anyone touches it.
+//!
+//! Hands are continuous; forces are computed at ticks of period `T_c` and held in between; samples cross the network
+//! every `T_t` and are held, some periods old, until the next one is used. Between two instants all of that is linear,
+//! so one pattern of ticks and network steps maps the state exactly:
+//!
+//! ```text
+//! plant under hold    x(k+1) = A_D·x(k) + B_D·f(k),   exp([A B; 0 0]·T_c) = [A_D B_D; 0 I]     thesis (3.14), (3.15)
+//! spring and damper   f = k·(x_anchor − x_end) + b·(v_anchor − v_end)                         thesis (4.25) – (4.28)
+//! one pattern         z(K+1) = Φ·z(K),   Φ = Φ_p ··· Φ_2·Φ_1 (one factor a tick)
+//! verdict             stable iff all eigenvalues of Φ but the rigid-body poles lie inside the unit circle   (3.19)
+//! ```
+//!
+//! A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile`]); its map ([`lift`]) names each
+//! of its coordinates, samples in flight included; [`eigenvalues`] balances first; poles that are 1 by structure are
+//! removed by structure; [`stability`] is the verdict.
+//!
+//! # Example
+//! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
+//!
+//! ```
+//! use cotouch_analysis::loop_spec::{Body, Dynamics, LoopSpec, Motion, Plant};
+//! use cotouch_analysis::stability::analyze_loop;
+//! use cotouch_scene::{scene::SpringDamper, time::Schedule};
+//! let spring = |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
+//! let verdict = |damping| {
+//!     let mut spec = LoopSpec::new(Schedule::new("1000".parse().unwrap(), "1000".parse().unwrap()).unwrap());
+//!     let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
+//!     let hand = spec.body(Body { states, dynamics: Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0))) });
+//!     spec.pull(hand, Motion::Ground, spring(500.0, damping));
+//!     analyze_loop(&spec).unwrap()
+//! };
+//! assert!(verdict(1.0).stable);
+//! assert!(verdict(0.2).spectral_radius > 1.0); // less than k·T/2: the hold returns more energy than it takes
+//! ```
+
 pub mod check;
 pub mod compile;
 mod discretise;

@@ -161,7 +161,10 @@ fn remaining_eigenvalues(
     vectors.reverse();
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
-        debug_assert!(is_eigenvector(&matrix, &vector), "a structural vector must belong to the eigenvalue 1");
+        debug_assert!(
+            is_eigenvector(&matrix, &vector),
+            "a structural vector must belong to the eigenvalue 1"
+        );
         let (reduced, reflection) = deflate(&matrix, &vector);
         matrix = reduced;
         for later in &mut vectors {
@@ -247,8 +250,6 @@ fn impairments(scene: &Scene) -> impl Iterator<Item = &Impairment> {
     };
     scene.hosts().flat_map(move |from| {
         let others = from.others(scene.session.users);
-        others
-            .filter(move |to| is_used(from.index(), to.index()))
-            .map(move |to| scene.impairment(from, to))
+        others.filter(move |to| is_used(from.index(), to.index())).map(move |to| scene.impairment(from, to))
     })
 }

@@ -34,7 +34,11 @@ fn a_second_rigid_body_pole_needs_equal_opposite_forces_at_every_tick() {
                 centralized.link.delay_periods = n;
                 centralized.link.return_delay_periods = back;
                 let verdict = analyze(&centralized).unwrap();
-                assert_eq!(verdict.rigid_body_poles, if ratio == 1 { 2 } else { 1 }, "centralized {ratio} {n}");
+                assert_eq!(
+                    verdict.rigid_body_poles,
+                    if ratio == 1 { 2 } else { 1 },
+                    "centralized {ratio} {n}"
+                );
                 assert_eq!(verdict.drag_pole.is_none(), ratio == 1);
             }
         }
@@ -103,7 +107,9 @@ fn the_centralized_region_is_empty_from_two_periods_on() {
 /// b·T_t/m_h has the limit 2·sin(π/(4n + 2)): a mass that a held damper brakes n periods late.
 #[test]
 fn a_late_damper_has_its_closed_form_limit() {
-    use cotouch_analysis::loop_spec::{Body, Coupling, Delay, Dynamics, Line, LoopSpec, Motion, Plant, Signal};
+    use cotouch_analysis::loop_spec::{
+        Body, Coupling, Delay, Dynamics, Line, LoopSpec, Motion, Plant, Signal,
+    };
     use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
     for n in 0..4u32 {
         let limit = 2.0 * (std::f64::consts::PI / f64::from(4 * n + 2)).sin();
@@ -111,8 +117,11 @@ fn a_late_damper_has_its_closed_form_limit() {
             let schedule = table_6_1(Architecture::Centralized).schedule();
             let mut spec = LoopSpec::new(schedule);
             let (host, from) = (HostIndex(0), HostIndex(1));
-            let states =
-                [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own { host, part: Part::Hand, quantity });
+            let states = [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own {
+                host,
+                part: Part::Hand,
+                quantity,
+            });
             let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
             let hand = spec.body(Body { states: states.to_vec(), dynamics });
             let damper = spring(0.0, factor * limit * 0.1 * 128.0);

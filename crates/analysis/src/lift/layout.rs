@@ -77,9 +77,10 @@ fn registers(spec: &LoopSpec, kind: Registers) -> (Vec<Register>, Vec<usize>) {
     let mut register_of_line = Vec::new();
     for (index, line) in spec.lines.iter().enumerate() {
         let (id, length) = (LineId(index), line.delay.samples(&spec.schedule));
-        let shared = registers.iter_mut().enumerate().find(|(_, register)| {
-            kind == Registers::Shared && register.signal == line.signal
-        });
+        let shared = registers
+            .iter_mut()
+            .enumerate()
+            .find(|(_, register)| kind == Registers::Shared && register.signal == line.signal);
         if let Some((place, register)) = shared {
             if length > register.length {
                 (register.line, register.length) = (id, length);

@@ -83,7 +83,10 @@ impl<'a> Program<'a> {
             steps: Vec::new(),
             forces: vec![Sum::default(); spec.bodies.len()],
             registers: Vec::new(),
-            states: layout.bodies.last().map_or(0, |last| last + spec.bodies[spec.bodies.len() - 1].states.len()),
+            states: layout
+                .bodies
+                .last()
+                .map_or(0, |last| last + spec.bodies[spec.bodies.len() - 1].states.len()),
             columns: layout.coordinates.len(),
         };
         program.add_bodies(spec, layout);

@@ -3,8 +3,8 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
-    Architecture, Coordination, Coupling, GovernorLimits, Hand, Impairment, Integrator, Link, Object, PlayOut,
-    Rates, Scene, Session, SpringDamper, User, Wall, WallSides, Way,
+    Architecture, Coordination, Coupling, GovernorLimits, Hand, Impairment, Integrator, Link, Object,
+    PlayOut, Rates, Scene, Session, SpringDamper, User, Wall, WallSides, Way,
 };
 
 pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {

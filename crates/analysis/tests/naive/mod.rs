@@ -153,7 +153,8 @@ impl Simulation {
                     packet.arrival_s <= now_s && (on_arrival || scheduled)
                 };
                 let host = &mut self.hosts[to];
-                if let Some(packet) = host.inbox[from].iter().filter(is_due).max_by_key(|packet| packet.step) {
+                if let Some(packet) = host.inbox[from].iter().filter(is_due).max_by_key(|packet| packet.step)
+                {
                     host.held[from] = *packet;
                 }
             }
@@ -185,7 +186,8 @@ impl Simulation {
         if self.centralized() && index > 0 {
             return (held[0].force + governor, 0.0);
         }
-        let mut on_object = pull(coupling.hand_object, *object, *hand) - scene.object.damping_n_s_per_m * object.v;
+        let mut on_object =
+            pull(coupling.hand_object, *object, *hand) - scene.object.damping_n_s_per_m * object.v;
         if self.wall {
             on_object -= scene.wall.stiffness_n_per_m * object.x + scene.wall.damping_n_s_per_m * object.v;
         }
@@ -216,7 +218,11 @@ impl Simulation {
     fn step_hand(&self, index: usize, hand: Point, force: f64) -> Point {
         let user = &self.scene.users[index];
         let tracks = user.script.iter().any(Action::tracks);
-        let tracking = if tracks { user.tracking } else { SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 } };
+        let tracking = if tracks {
+            user.tracking
+        } else {
+            SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 }
+        };
         let k = self.scene.hand.stiffness_n_per_m + tracking.stiffness_n_per_m;
         let b = self.scene.hand.damping_n_s_per_m + tracking.damping_n_s_per_m;
         let (m, period_s) = (self.scene.hand.mass_kg, self.period_s());
