@@ -175,8 +175,10 @@ mod tests {
 
     #[test]
     fn common_flags_stand_anywhere() {
-        for words in ["--set hand.mass_kg=0.2 --json scene show single-axis", "scene show --json single-axis --set hand.mass_kg=0.2"]
-        {
+        for words in [
+            "--set hand.mass_kg=0.2 --json scene show single-axis",
+            "scene show --json single-axis --set hand.mass_kg=0.2",
+        ] {
             let invocation = read(words).unwrap();
             assert_eq!((invocation.overrides.len(), invocation.output.json), (1, true), "{words}");
         }

@@ -43,7 +43,12 @@ fn takes_overrides(command: &Command) -> bool {
 pub(crate) fn log_to_stderr() {
     let filter = tracing_subscriber::EnvFilter::try_from_env("COTOUCH_LOG")
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("warn"));
-    tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().with_target(false).init();
+    tracing_subscriber::fmt()
+        .with_env_filter(filter)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false)
+        .init();
 }
 
 /// The address that `text` (HOST:PORT) stands for.
@@ -53,5 +58,7 @@ fn resolve(text: &str) -> Result<SocketAddr, Failure> {
         Ok(None) => "it stands for no address".to_owned(),
         Err(error) => error.to_string(),
     };
-    Err(Failure::usage(format!("{text:?} is not an address ({reason}); it must be HOST:PORT, such as 127.0.0.1:7800")))
+    Err(Failure::usage(format!(
+        "{text:?} is not an address ({reason}); it must be HOST:PORT, such as 127.0.0.1:7800"
+    )))
 }

@@ -182,7 +182,9 @@ mod tests {
     fn a_picture_names_its_users_axes_and_units_and_stays_small() {
         let (scene, trace) = synthetic();
         let svg = session_picture(&scene, &trace, "single-axis: stable, as predicted").unwrap();
-        for words in ["force on the hand, N", "position, mm", "time, s", "anna", "ben", "stable, as predicted"] {
+        for words in
+            ["force on the hand, N", "position, mm", "time, s", "anna", "ben", "stable, as predicted"]
+        {
             assert!(svg.contains(words), "{words}");
         }
         assert!(svg.len() < 400_000, "{} bytes", svg.len());

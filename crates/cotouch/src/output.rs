@@ -33,7 +33,12 @@ impl Output {
     }
 
     /// Gives the command's answer on stdout and `file_text` to the file.
-    pub(crate) fn answer_and_file(&self, answer: &impl Serialize, text: &str, file_text: &str) -> anyhow::Result<()> {
+    pub(crate) fn answer_and_file(
+        &self,
+        answer: &impl Serialize,
+        text: &str,
+        file_text: &str,
+    ) -> anyhow::Result<()> {
         if let Some(file) = &self.file {
             write_file(file, file_text)?;
         }

@@ -28,7 +28,8 @@ pub(crate) struct Reflector(UdpSocket);
 impl Reflector {
     /// Listens at `address`.
     pub(crate) fn bind(address: SocketAddr) -> anyhow::Result<Self> {
-        let socket = UdpSocket::bind(address).with_context(|| format!("no UDP socket can be opened at {address}"))?;
+        let socket =
+            UdpSocket::bind(address).with_context(|| format!("no UDP socket can be opened at {address}"))?;
         socket.set_read_timeout(Some(LOOK))?;
         Ok(Self(socket))
     }
@@ -79,7 +80,13 @@ impl Prober {
         show: &mut dyn FnMut(f64),
     ) -> anyhow::Result<ProbeReport> {
         let start = now();
-        let config = ProbeConfig { rate_hz: rate, duration_s, datagram_bytes: DATAGRAM_BYTES, linger_s: LINGER_S, id: start.0 as u64 };
+        let config = ProbeConfig {
+            rate_hz: rate,
+            duration_s,
+            datagram_bytes: DATAGRAM_BYTES,
+            linger_s: LINGER_S,
+            id: start.0 as u64,
+        };
         let core = Mutex::new(probe::Prober::new(config, self.server, start));
         let ended = Stop::default();
         std::thread::scope(|scope| {
@@ -140,7 +147,9 @@ fn receive(socket: &UdpSocket, buffer: &mut [u8]) -> anyhow::Result<Option<(usiz
     use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
     match socket.recv_from(buffer) {
         Ok(received) => Ok(Some(received)),
-        Err(error) if matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused) => Ok(None),
+        Err(error) if matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused) => {
+            Ok(None)
+        }
         Err(error) => Err(error).context("the UDP socket cannot be read"),
     }
 }

@@ -7,9 +7,9 @@ use std::thread;
 
 use anyhow::Context as _;
 use cotouch_runtime::real_time::{self, RealTimeOptions};
+use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::{self, Replayed};
-use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::session_handle::{LOOK_PERIOD, SessionHandle};
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_runtime::virtual_run;
@@ -117,7 +117,9 @@ fn start_viewer(
         Ok(viewer) => {
             output.say(format_args!("watch it on http://{}", viewer.address()));
             if !viewer.address().ip().is_loopback() {
-                eprintln!("note: anyone who reaches this address can watch the session; nothing is encrypted");
+                eprintln!(
+                    "note: anyone who reaches this address can watch the session; nothing is encrypted"
+                );
             }
             Some(viewer)
         }

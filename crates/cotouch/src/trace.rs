@@ -93,7 +93,8 @@ impl Envelope {
     pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         self.bins.iter().flat_map(|bin| {
             let time_s = bin.index as f64 * self.bin_s;
-            let both = [Some((time_s, bin.least)), (bin.largest > bin.least).then_some((time_s, bin.largest))];
+            let both =
+                [Some((time_s, bin.least)), (bin.largest > bin.least).then_some((time_s, bin.largest))];
             // Up in one stretch, down in the next: half as much ink between them.
             let both = if bin.index % 2 == 0 { both } else { [both[1], both[0]] };
             both.into_iter().flatten()

@@ -70,7 +70,12 @@ fn average_coordination_rates_without_a_common_tick_and_links_with_latency() {
     for settings in [
         &["session.coordination=average", "session.users=3"][..],
         &["rates.control_hz=1000", "rates.network_hz=128"],
-        &["rates.control_hz=1000", "rates.network_hz=300", "session.architecture=centralized", "link.delay_periods=2"],
+        &[
+            "rates.control_hz=1000",
+            "rates.network_hz=300",
+            "session.architecture=centralized",
+            "link.delay_periods=2",
+        ],
         &["link.impairment.latency_s=0.012", "link.delay_periods=1"],
         &["link.impairment.latency_s=0.012", "link.delay_periods=3"],
         &["link.impairment.latency_s=0.0035", "link.play_out=on-arrival"],

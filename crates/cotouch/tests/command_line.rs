@@ -85,7 +85,8 @@ fn bad_usage_is_exit_status_2_and_a_sentence_on_stderr() {
 fn scenes_are_listed_shown_and_checked() {
     let folder = folder();
     let list = json(&cotouch(folder.path(), &["scene", "list", "--json"]));
-    let names: Vec<&str> = list.as_array().unwrap().iter().map(|scene| scene["name"].as_str().unwrap()).collect();
+    let names: Vec<&str> =
+        list.as_array().unwrap().iter().map(|scene| scene["name"].as_str().unwrap()).collect();
     assert!(names.contains(&"single-axis") && names.contains(&"single-axis-centralized"), "{names:?}");
 
     let words = ["scene", "show", "single-axis", "--set", "hand.mass_kg=0.25", "--out", "mine.toml"];
@@ -104,7 +105,10 @@ fn a_wrong_scene_is_told_line_by_line() {
     let check = cotouch(folder.path(), &["scene", "check", "wrong.toml"]);
     assert_eq!(check.status.code(), Some(2));
     let said = stderr(&check);
-    assert!(said.contains("wrong.toml:2: hand.mass_kg") && said.contains("wrong.toml:3: hand.colour"), "{said}");
+    assert!(
+        said.contains("wrong.toml:2: hand.mass_kg") && said.contains("wrong.toml:3: hand.colour"),
+        "{said}"
+    );
     let check = cotouch(folder.path(), &["scene", "check", "wrong.toml", "--json"]);
     let document = json(&check);
     assert_eq!((check.status.code(), &document["valid"]), (Some(2), &Value::Bool(false)));
@@ -117,13 +121,22 @@ fn stability_answers_0_whatever_the_verdict() {
     let unstable = "coupling.remote_hand_object.stiffness_n_per_m=4000";
     let cases: [(&[&str], bool); 2] = [(&[], true), (&["--set", unstable], false)];
     for (set, stable) in cases {
-        let output = cotouch(folder.path(), &[&["analyze", "stability", "single-axis", "--json"], set].concat());
+        let output =
+            cotouch(folder.path(), &[&["analyze", "stability", "single-axis", "--json"], set].concat());
         assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
         let document = json(&output);
         assert_eq!(document["stable"], stable);
-        let keys =
-            ["spectral_radius", "stable", "rigid_body_poles", "drag_pole", "states", "period_s", "modes[].contacts",
-             "modes[].spectral_radius", "modes[].stable"];
+        let keys = [
+            "spectral_radius",
+            "stable",
+            "rigid_body_poles",
+            "drag_pole",
+            "states",
+            "period_s",
+            "modes[].contacts",
+            "modes[].spectral_radius",
+            "modes[].stable",
+        ];
         has_keys(&document, &keys);
     }
 }
@@ -131,7 +144,8 @@ fn stability_answers_0_whatever_the_verdict() {
 #[test]
 fn a_virtual_run_has_the_promised_shape_a_recording_and_a_picture() {
     let folder = folder();
-    let words = ["run", "--virtual", "--duration", "2", "--record", "out/run.mcap", "--json", "--out", "run.json"];
+    let words =
+        ["run", "--virtual", "--duration", "2", "--record", "out/run.mcap", "--json", "--out", "run.json"];
     let output = cotouch(folder.path(), &words);
     assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
     let document = json(&output);
@@ -169,7 +183,10 @@ fn an_unstable_run_was_predicted_and_is_exit_status_1() {
     let output = cotouch(folder.path(), &["run", "--virtual", "--no-record", "--json", "--set", set]);
     let document = json(&output);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
-    assert_eq!((&document["predicted"]["stable"], &document["stable"]), (&Value::Bool(false), &Value::Bool(false)));
+    assert_eq!(
+        (&document["predicted"]["stable"], &document["stable"]),
+        (&Value::Bool(false), &Value::Bool(false))
+    );
     assert!(!folder.path().join("recordings").exists());
 }
 

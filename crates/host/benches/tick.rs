@@ -14,9 +14,12 @@ use glam::DVec3;
 
 fn instants(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("host instant");
-    for (users, architecture) in [(2, "distributed"), (8, "distributed"), (2, "centralized"), (8, "centralized")] {
+    for (users, architecture) in
+        [(2, "distributed"), (8, "distributed"), (2, "centralized"), (8, "centralized")]
+    {
         let overrides = [format!("session.users={users}"), format!("session.architecture={architecture}")];
-        let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().expect("an override")).collect();
+        let overrides: Vec<Override> =
+            overrides.iter().map(|text| text.parse().expect("an override")).collect();
         let scene = load("single-axis", &overrides).expect("a built-in scene");
         let host = HostModel::new(&scene, HostIndex::FIRST);
         let peer = HostModel::new(&scene, HostIndex(1));

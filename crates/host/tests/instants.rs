@@ -39,7 +39,9 @@ impl Hand2Hand {
             (0..users).map(|host| self.models[host].step_due(&self.states[host], tick)).collect();
         for from in 0..users {
             let Some(step) = steps[from] else { continue };
-            let Some(packet) = self.models[from].sample(&self.states[from], step, &readings[from]) else { continue };
+            let Some(packet) = self.models[from].sample(&self.states[from], step, &readings[from]) else {
+                continue;
+            };
             for to in 0..users {
                 if self.models[to].sources().any(|source| source == self.models[from].host) {
                     self.models[to].receive(&mut self.states[to], self.models[from].host, &packet);
@@ -97,13 +99,22 @@ fn push(scene: &Scene, objects: usize, seconds: u32) -> (f64, f64) {
 #[test]
 fn momentum_is_conserved_where_opposite_forces_are_equal_at_every_tick() {
     // The coupler from a remote hand to the own copy has no opposite in the distributed architecture (4.28).
-    let fresh = scene(&[RESTING, "rates.network_hz=1024", "link.delay_periods=0",
-        "coupling.remote_hand_object={stiffness_n_per_m=0, damping_n_s_per_m=0}"]);
+    let fresh = scene(&[
+        RESTING,
+        "rates.network_hz=1024",
+        "link.delay_periods=0",
+        "coupling.remote_hand_object={stiffness_n_per_m=0, damping_n_s_per_m=0}",
+    ]);
     let (before, after) = push(&fresh, 2, 5);
     assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
 
-    let server = scene(&[RESTING, "session.architecture=centralized", "rates.network_hz=1024", "link.delay_periods=2",
-        "coupling.remote_hand_object={stiffness_n_per_m=85, damping_n_s_per_m=3}"]);
+    let server = scene(&[
+        RESTING,
+        "session.architecture=centralized",
+        "rates.network_hz=1024",
+        "link.delay_periods=2",
+        "coupling.remote_hand_object={stiffness_n_per_m=85, damping_n_s_per_m=3}",
+    ]);
     let (before, after) = push(&server, 1, 5);
     assert!((after / before - 1.0).abs() < 1e-9, "{before} {after}");
 }
@@ -154,8 +165,12 @@ fn a_peer_fades_in_and_out_and_is_forgotten() {
 #[test]
 fn a_snapshot_restores_the_run_bit_for_bit() {
     for architecture in ["distributed", "centralized"] {
-        let scene = scene(&[&format!("session.architecture={architecture}"), "session.users=3", "link.delay_periods=3",
-            "coupling.remote_hand_object={stiffness_n_per_m=85, damping_n_s_per_m=3}"]);
+        let scene = scene(&[
+            &format!("session.architecture={architecture}"),
+            "session.users=3",
+            "link.delay_periods=3",
+            "coupling.remote_hand_object={stiffness_n_per_m=85, damping_n_s_per_m=3}",
+        ]);
         let mut session = Hand2Hand::new(&scene);
         session.settle();
         let saved = (session.states.clone(), session.hands.clone(), session.tick);

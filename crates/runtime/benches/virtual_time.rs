@@ -18,7 +18,12 @@ fn simulated_seconds(criterion: &mut Criterion) {
         let users_override: Override = format!("session.users={users}").parse().expect("an override");
         let scene = load(name, &[users_override]).expect("a built-in scene");
         let mut session = VirtualSession::new(&scene, |host| {
-            Station::new(&scene, host, SimulatedHand::of_scene(&scene, host).expect("its hands are sound"), None)
+            Station::new(
+                &scene,
+                host,
+                SimulatedHand::of_scene(&scene, host).expect("its hands are sound"),
+                None,
+            )
         });
         let mut tick = 0;
         group.bench_function(format!("{users} users, {name}"), |bencher| {

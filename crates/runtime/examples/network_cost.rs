@@ -7,10 +7,10 @@ use std::net::UdpSocket;
 use std::thread;
 use std::time::Duration;
 
+use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_runtime::clock;
 use cotouch_runtime::joining;
 use cotouch_runtime::transport::{HapticPort, Transport};
-use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -29,7 +29,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         ratios.push(cotouch / bare);
     }
     ratios.sort_by(f64::total_cmp);
-    println!("median ratio {:.2} of {ROUNDS} rounds, {PACKETS} packets each way at 1 kHz", ratios[ROUNDS / 2]);
+    println!(
+        "median ratio {:.2} of {ROUNDS} rounds, {PACKETS} packets each way at 1 kHz",
+        ratios[ROUNDS / 2]
+    );
     Ok(())
 }
 

@@ -1,7 +1,7 @@
 //! The one pacing thread of a process: every host's tick at its instant.
 
-use std::sync::{Arc, Mutex, PoisonError};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 use cotouch_device::device::Device;
 use cotouch_net::clock::ClockMap;
@@ -41,7 +41,8 @@ pub(crate) struct Timing {
 impl Timing {
     pub(crate) fn new() -> Self {
         // From 1 ns to 10 s with three digits; nothing is allocated after this.
-        let histogram = || Histogram::new_with_bounds(1, 10_000_000_000, 3).expect("constant bounds are sound");
+        let histogram =
+            || Histogram::new_with_bounds(1, 10_000_000_000, 3).expect("constant bounds are sound");
         Self { ticks: 0, missed: 0, compute_ns: histogram(), lateness_ns: histogram() }
     }
 
@@ -132,10 +133,13 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
         hosts.iter_mut().for_each(|host| host.port.wake_sender());
         if shows {
             next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
-            control.elapsed_ns.store(elapsed_ns as u64, Ordering::Relaxed);
+        }
+        if !releasing || control.elapsed_ns.load(Ordering::Relaxed) == 0 {
+            // One period on: where this tick ends. The release afterwards is not part of the run.
+            let end_ns = elapsed_ns + (1e9 * rate.period_s()) as i64;
+            control.elapsed_ns.store(end_ns as u64, Ordering::Relaxed);
         }
         if releasing && (hosts.iter().all(|host| host.station.is_released()) || due >= give_up) {
-            control.elapsed_ns.store(elapsed_ns as u64, Ordering::Relaxed);
             break;
         }
         tick = due + 1;
@@ -171,8 +175,7 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
     for (client, packet) in host.station.respond() {
         host.port.leave(Some(client), packet);
     }
-    let record =
-        host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
+    let record = host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
     host.timing.observe(&record);
     record
 }

@@ -149,7 +149,11 @@ pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHand
 ///
 /// # Errors
 /// When the address, a thread or the recording cannot be had.
-pub fn serve(scene: &Scene, listen: SocketAddr, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
+pub fn serve(
+    scene: &Scene,
+    listen: SocketAddr,
+    options: &RealTimeOptions,
+) -> Result<SessionHandle, StartError> {
     let socket = bind(listen)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
     let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;

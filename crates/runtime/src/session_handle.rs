@@ -90,7 +90,8 @@ impl SessionHandle {
         let locals = self.lock();
         let Some(local) = locals.first() else { return Vec::new() };
         local.transport.with_endpoint(|endpoint| {
-            let present = endpoint.peers().filter(|peer| peer.presence == cotouch_net::session::Presence::Present);
+            let present =
+                endpoint.peers().filter(|peer| peer.presence == cotouch_net::session::Presence::Present);
             present.map(|peer| peer.name).collect()
         })
     }
@@ -106,9 +107,9 @@ impl SessionHandle {
             host.links = local.transport.with_endpoint(|endpoint| {
                 let links = local.host.others(users).filter_map(|peer| {
                     let statistics = endpoint.statistics(peer)?;
-                    let is_present = endpoint
-                        .peers()
-                        .any(|info| info.host == peer && info.presence == cotouch_net::session::Presence::Present);
+                    let is_present = endpoint.peers().any(|info| {
+                        info.host == peer && info.presence == cotouch_net::session::Presence::Present
+                    });
                     Some(link_snapshot(peer, is_present, &statistics))
                 });
                 links.collect()
@@ -170,7 +171,11 @@ fn link_snapshot(peer: HostIndex, present: bool, statistics: &LinkStatistics) ->
     LinkSnapshot {
         peer,
         present,
-        round_trip_ms: if statistics.round_trip.count == 0 { f64::NAN } else { statistics.round_trip.mean_s * 1e3 },
+        round_trip_ms: if statistics.round_trip.count == 0 {
+            f64::NAN
+        } else {
+            statistics.round_trip.mean_s * 1e3
+        },
         rms_jitter_ms: statistics.round_trip.rms_jitter_s * 1e3,
         received: statistics.sequence.received,
         lost: statistics.sequence.lost,

@@ -89,12 +89,7 @@ pub type Responses = ArrayVec<(HostIndex, StatePacket), MAX_USERS>;
 impl<D: Device> Station<D> {
     /// The station of `host` in `scene`, before its first tick.
     #[must_use]
-    pub fn new(
-        scene: &Scene,
-        host: HostIndex,
-        device: D,
-        sink: Option<Box<dyn RecordSink + Send>>,
-    ) -> Self {
+    pub fn new(scene: &Scene, host: HostIndex, device: D, sink: Option<Box<dyn RecordSink + Send>>) -> Self {
         let model = HostModel::new(scene, host);
         let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
         let state = StationState {
@@ -224,8 +219,11 @@ impl<D: Device> Station<D> {
         );
         let write_failed = self.device.write(governed.commanded).is_err();
         self.state.port.observe(&reading, governed.commanded);
-        self.oscillation.observe(&output.couplers);
-        self.limits.observe(governed.acted);
+        // What a hand does when its force is taken away says nothing about the loop.
+        if !self.state.releasing {
+            self.oscillation.observe(&output.couplers);
+            self.limits.observe(governed.acted);
+        }
         if device_failed || write_failed {
             self.record(|| RecordKind::Note(Note::DeviceFault));
         }

@@ -270,7 +270,11 @@ impl Shared {
             match &self.ways {
                 None => self.send(transmit.to, &transmit.bytes),
                 Some(ways) => {
-                    ways.lock().unwrap_or_else(PoisonError::into_inner).send(now, transmit.to, &transmit.bytes);
+                    ways.lock().unwrap_or_else(PoisonError::into_inner).send(
+                        now,
+                        transmit.to,
+                        &transmit.bytes,
+                    );
                 }
             }
         }

@@ -24,7 +24,9 @@ const PROGRESS_TICKS: u64 = 1024;
 #[derive(Debug, thiserror::Error)]
 pub enum VirtualRunError {
     /// The simulated hosts never all joined.
-    #[error("the hosts could not join within 10 simulated seconds; the simulated link loses or delays too much: loss_rate {loss_rate}, latency_s {latency_s}")]
+    #[error(
+        "the hosts could not join within 10 simulated seconds; the simulated link loses or delays too much: loss_rate {loss_rate}, latency_s {latency_s}"
+    )]
     NotJoined {
         /// Of the scene.
         loss_rate: f64,
@@ -81,10 +83,12 @@ fn new_session(
     scene: &Scene,
     recorder: Option<&Arc<Mutex<Recorder>>>,
 ) -> Result<VirtualSession<SimulatedHand>, HandError> {
-    let hands: Vec<_> = scene.hosts().map(|host| SimulatedHand::of_scene(scene, host)).collect::<Result<_, _>>()?;
+    let hands: Vec<_> =
+        scene.hosts().map(|host| SimulatedHand::of_scene(scene, host)).collect::<Result<_, _>>()?;
     let mut hands = hands.into_iter();
     Ok(VirtualSession::new(scene, |host| {
-        let sink = recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
+        let sink =
+            recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
         Station::new(scene, host, hands.next().expect("one a host"), sink)
     }))
 }

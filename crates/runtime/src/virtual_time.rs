@@ -236,7 +236,8 @@ impl<D: Device> VirtualHost<D> {
 
     /// The true time of the next tick, by this host's idea of the session's clock.
     fn schedule(&mut self, control: Rate) {
-        self.next_due = self.endpoint.clock().map_or(NEVER, |clock| clock.local(control.instant(self.next_tick)).0);
+        self.next_due =
+            self.endpoint.clock().map_or(NEVER, |clock| clock.local(control.instant(self.next_tick)).0);
     }
 }
 

@@ -58,7 +58,11 @@ impl Viewer {
     ///
     /// # Errors
     /// When the address is taken or the system refuses it. The session can go on without a viewer.
-    pub fn start(address: SocketAddr, about: About, source: impl SnapshotSource + 'static) -> Result<Self, ViewerError> {
+    pub fn start(
+        address: SocketAddr,
+        about: About,
+        source: impl SnapshotSource + 'static,
+    ) -> Result<Self, ViewerError> {
         let refused = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => ViewerError::Taken { address },
             _ => ViewerError::System { address, source },

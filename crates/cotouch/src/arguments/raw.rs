@@ -7,7 +7,9 @@ use clap::{Args, Parser, Subcommand};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
-use super::{Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, Probe, Recording, Run};
+use super::{
+    Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, Probe, Recording, Run,
+};
 use crate::output::Output;
 
 const LONGEST_DURATION_S: f64 = 7.0 * 86_400.0;
@@ -102,14 +104,18 @@ Example, in two terminals:
         host: HostFlags,
     },
     /// Measure a link: round trip, jitter, loss, and the packet rate that it carries
-    #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true, after_help = "\
+    #[command(
+        args_conflicts_with_subcommands = true,
+        subcommand_negates_reqs = true,
+        after_help = "\
 With --out, the measured impairment is written as a link file that a scene can include:
 
   there:  cotouch probe serve --listen 192.168.1.5:7801
   here:   cotouch probe 192.168.1.5:7801 --rate 128 --duration 30 --out lab.link.toml
   then:   cotouch run --virtual --set link.include=lab.link.toml
 
-Jitter is the standard deviation of the round trip. The link file takes both ways as alike.")]
+Jitter is the standard deviation of the round trip. The link file takes both ways as alike."
+    )]
     Probe {
         #[command(subcommand)]
         serve: Option<ProbeServe>,
@@ -263,7 +269,9 @@ impl PartialEq for Impair {
 }
 
 fn impairment(text: &str) -> Result<Impair, String> {
-    let set = format!("link.impairment.{text}").parse().map_err(|_| format!("{text:?} is not KEY=VALUE, such as loss_rate=0.01"))?;
+    let set = format!("link.impairment.{text}")
+        .parse()
+        .map_err(|_| format!("{text:?} is not KEY=VALUE, such as loss_rate=0.01"))?;
     Ok(Impair { written: text.to_owned(), set })
 }
 
@@ -285,9 +293,15 @@ impl Flags {
         let command = match self.command {
             None => self.run.lift(DEFAULT_SCENE.to_owned()),
             Some(Subcommands::Run { scene, flags }) => flags.lift(scene),
-            Some(Subcommands::Serve { scene, listen, host }) => Command::Serve { scene, listen, host: host.lift() },
-            Some(Subcommands::Join { server, user, device: _, host }) => Command::Join { server, user, host: host.lift() },
-            Some(Subcommands::Probe { serve: Some(ProbeServe::Serve { listen }), .. }) => Command::ProbeServe { listen },
+            Some(Subcommands::Serve { scene, listen, host }) => {
+                Command::Serve { scene, listen, host: host.lift() }
+            }
+            Some(Subcommands::Join { server, user, device: _, host }) => {
+                Command::Join { server, user, host: host.lift() }
+            }
+            Some(Subcommands::Probe { serve: Some(ProbeServe::Serve { listen }), .. }) => {
+                Command::ProbeServe { listen }
+            }
             Some(Subcommands::Probe { serve: None, flags }) => lift_probe(flags)?,
             Some(Subcommands::Replay { file, csv }) => Command::Replay { file, csv },
             Some(Subcommands::Analyze { what: Analyze::Stability { scene } }) => Command::Stability { scene },

@@ -28,7 +28,8 @@ fn text(title: &str, stability: &Stability) -> String {
     let drag = |pole: f64| format!("{} ({})", prediction::radius(pole), drag_in_words(pole));
     row("drag pole", stability.drag_pole.map_or_else(|| "none".to_owned(), drag));
     for mode in &stability.modes {
-        let contacts = if mode.contacts.is_empty() { "no contact".to_owned() } else { mode.contacts.join(" + ") };
+        let contacts =
+            if mode.contacts.is_empty() { "no contact".to_owned() } else { mode.contacts.join(" + ") };
         let word = if mode.stable { "stable" } else { "unstable" };
         row(&format!("mode: {contacts}"), format!("{} {word}", prediction::radius(mode.spectral_radius)));
     }

@@ -36,7 +36,11 @@ pub(super) fn who_and_how(scene: &Scene) -> String {
 /// The verdict in one sentence.
 pub(super) fn verdict(stability: &Stability) -> String {
     let word = if stability.stable { "stable" } else { "unstable" };
-    let radius = format!("spectral radius {} per {}", radius(stability.spectral_radius), milliseconds(stability.period_s));
+    let radius = format!(
+        "spectral radius {} per {}",
+        radius(stability.spectral_radius),
+        milliseconds(stability.period_s)
+    );
     let modes = match stability.switching {
         Switching::None => String::new(),
         Switching::Unproven => {

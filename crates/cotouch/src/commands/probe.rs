@@ -24,7 +24,9 @@ pub(super) fn serve(listen: SocketAddr, output: &Output) -> Result<Verdict, Fail
     let reflector = probe_socket::Reflector::bind(listen)?;
     eprintln!("sending probes back at {}; Ctrl-C ends it", reflector.address());
     if !listen.ip().is_loopback() {
-        eprintln!("note: anyone who reaches this address may use it; an answer is never longer than the question");
+        eprintln!(
+            "note: anyone who reaches this address may use it; an answer is never longer than the question"
+        );
     }
     let reflected = reflector.run(&stop)?;
     output.answer_as(&json!({ "reflected": reflected }), &format!("{reflected} probes sent back"))?;
@@ -38,15 +40,23 @@ pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> 
     let mut prober = Prober::connect(server)?;
     let progress = Progress::new(&format!("probing {server}"));
     let share = if probe.sweep { SWEEP_SHARE } else { 1.0 };
-    let report = prober.measure(probe.rate, probe.duration_s, &stop, &mut |done| progress.show(share * done))?;
+    let report =
+        prober.measure(probe.rate, probe.duration_s, &stop, &mut |done| progress.show(share * done))?;
     if report.received == 0 {
-        let reason = format!("nothing came back from {server}; is `cotouch probe serve` running there, and does UDP get through?");
+        let reason = format!(
+            "nothing came back from {server}; is `cotouch probe serve` running there, and does UDP get through?"
+        );
         return Err(Failure::Running(anyhow::anyhow!(reason)));
     }
-    let achievable_hz = if probe.sweep { sweep(probe, &mut prober, &report, &stop, &progress)? } else { None };
+    let achievable_hz =
+        if probe.sweep { sweep(probe, &mut prober, &report, &stop, &progress)? } else { None };
     drop(progress);
     let text = text(server, probe, &report, achievable_hz);
-    output.answer_and_file(&to_json(probe, &report, achievable_hz), &text, &link_file(server, probe, &report))?;
+    output.answer_and_file(
+        &to_json(probe, &report, achievable_hz),
+        &text,
+        &link_file(server, probe, &report),
+    )?;
     Ok(Verdict::Good)
 }
 
@@ -103,11 +113,13 @@ fn text(server: SocketAddr, probe: &Probe, report: &ProbeReport, achievable_hz: 
     row("sent", format!("{} ({:.1} a second)", report.sent, report.sent_rate_hz));
     row("received", format!("{}, {} of them out of order", report.received, report.reordered));
     row("lost", format!("{} ({share:.3} %)", report.lost));
-    let [mean, p50, p99, max] = [trip.mean_s, trip.p50_s, trip.p99_s, trip.max_s].map(|seconds| seconds * 1e3);
+    let [mean, p50, p99, max] =
+        [trip.mean_s, trip.p50_s, trip.p99_s, trip.max_s].map(|seconds| seconds * 1e3);
     row("round trip", format!("{mean:.3} ms mean, {p50:.3} ms median, {p99:.3} ms p99, {max:.3} ms at most"));
     row("rms jitter", format!("{:.3} ms", trip.rms_jitter_s * 1e3));
     if probe.sweep {
-        let found = achievable_hz.map_or_else(|| "none that was tried".to_owned(), |hz| format!("{hz:.0} Hz"));
+        let found =
+            achievable_hz.map_or_else(|| "none that was tried".to_owned(), |hz| format!("{hz:.0} Hz"));
         row("achievable rate", format!("{found} (less than 0.1 % lost)"));
     }
     text

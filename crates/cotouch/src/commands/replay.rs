@@ -17,7 +17,10 @@ use crate::session;
 /// Re-simulates `file`, compares, and writes its tables to `csv`.
 pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
     if !file.is_file() {
-        return Err(Failure::usage(format!("{} is not a file; it must be a recording that a run wrote", file.display())));
+        return Err(Failure::usage(format!(
+            "{} is not a file; it must be a recording that a run wrote",
+            file.display()
+        )));
     }
     let replayed = session::replay(file)?;
     if replayed.ended_abruptly {
@@ -32,7 +35,9 @@ pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result
     let mut text = format!("{} ticks replayed, {verdict}\n", replayed.comparison.ticks);
     if replayed.skipped > 0 {
         let skipped = replayed.skipped;
-        text.push_str(&format!("{skipped} ticks could not be replayed, because items before them are missing\n"));
+        text.push_str(&format!(
+            "{skipped} ticks could not be replayed, because items before them are missing\n"
+        ));
     }
     tables.iter().for_each(|table| text.push_str(&format!("wrote {table}\n")));
     let answer = json!({
@@ -49,7 +54,12 @@ pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result
 
 /// One CSV file a host, a row a tick: `hostN.csv` in `folder`.
 fn write_tables(file: &Path, folder: &Path) -> anyhow::Result<Vec<String>> {
-    let scene = cotouch_scene::parse(&RecordingReader::open(file)?.header().scene_toml, "the recording's scene", None, &[])?;
+    let scene = cotouch_scene::parse(
+        &RecordingReader::open(file)?.header().scene_toml,
+        "the recording's scene",
+        None,
+        &[],
+    )?;
     let mut tables = Vec::new();
     for host in HostIndex::all(scene.session.users) {
         let path = folder.join(format!("{host}.csv"));

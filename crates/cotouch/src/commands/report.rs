@@ -50,7 +50,9 @@ pub(super) fn verdict(summary: &Summary) -> String {
         Some(true) if summary.stable => format!(
             "{outcome}, although the prediction was unstable: the run was too short or too quiet for the growth to show"
         ),
-        Some(true) => format!("{outcome}, although the prediction was stable: something acted that the analysis leaves out"),
+        Some(true) => format!(
+            "{outcome}, although the prediction was stable: something acted that the analysis leaves out"
+        ),
     }
 }
 
@@ -64,7 +66,9 @@ fn network(summary: &Summary) -> String {
 }
 
 fn microseconds(times: &Percentiles) -> Option<String> {
-    let Percentiles { p50: Some(p50), p99: Some(p99), p999: Some(p999), max: Some(max) } = *times else { return None };
+    let Percentiles { p50: Some(p50), p99: Some(p99), p999: Some(p999), max: Some(max) } = *times else {
+        return None;
+    };
     Some(format!("{p50:.1} µs median, {p99:.1} µs p99, {p999:.1} µs p99.9, {max:.1} µs at most"))
 }
 

@@ -56,7 +56,12 @@ pub(super) fn serve(
 }
 
 /// Joins a session as one of its users.
-pub(super) fn join(server: &str, user: Option<&str>, host: &Host, output: &Output) -> Result<Verdict, Failure> {
+pub(super) fn join(
+    server: &str,
+    user: Option<&str>,
+    host: &Host,
+    output: &Output,
+) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     let server = resolve(server)?;
     warn_about_the_network(server);
@@ -112,7 +117,10 @@ fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan
 
 /// `recordings/SCENE-TIME.mcap`, with TIME as in 20261122T101500Z.
 fn named_recording(scene: &str) -> PathBuf {
-    #[expect(clippy::disallowed_methods, reason = "a file's name tells people when it was made; nothing computes with it")]
+    #[expect(
+        clippy::disallowed_methods,
+        reason = "a file's name tells people when it was made; nothing computes with it"
+    )]
     let now = SystemTime::now();
     let time = humantime::format_rfc3339_seconds(now).to_string().replace(['-', ':'], "");
     // A scene's name may hold anything printable; a file's must not leave its folder.

@@ -124,7 +124,9 @@ fn visit_host(
 ) -> bool {
     let station = &mut session.host_mut(host).station;
     let step = station.model.schedule.last_step_at(tick);
-    let Some(mut value) = station.state.host.coordinate(&station.model, step, coordinate) else { return false };
+    let Some(mut value) = station.state.host.coordinate(&station.model, step, coordinate) else {
+        return false;
+    };
     act(&mut value);
     station.state.host.set_coordinate(&station.model, step, coordinate, value)
 }

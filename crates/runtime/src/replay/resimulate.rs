@@ -53,8 +53,7 @@ pub fn replay<R: Read>(
     mut progress: impl FnMut(u64),
 ) -> Result<Replayed, ReplayError> {
     let text = recording.header().scene_toml.clone();
-    let scene =
-        cotouch_scene::parse(&text, "the recorded scene", None, &[]).map_err(ReplayError::Scene)?;
+    let scene = cotouch_scene::parse(&text, "the recorded scene", None, &[]).map_err(ReplayError::Scene)?;
     let mut hosts: BTreeMap<HostIndex, Resimulated> = BTreeMap::new();
     let mut comparison = Comparison::default();
     for item in recording.by_ref() {
@@ -85,7 +84,11 @@ struct Resimulated {
 
 impl Resimulated {
     fn new(scene: &Scene, host: HostIndex) -> Self {
-        Self { station: Station::new(scene, host, RecordedDevice::default(), None), in_step: false, skipped: 0 }
+        Self {
+            station: Station::new(scene, host, RecordedDevice::default(), None),
+            in_step: false,
+            skipped: 0,
+        }
     }
 
     fn take(&mut self, item: RecordItem, comparison: &mut Comparison) {
@@ -106,8 +109,7 @@ impl Resimulated {
     }
 
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
-        self.station.device =
-            RecordedDevice { reading: recorded.reading, failed: recorded.device_failed };
+        self.station.device = RecordedDevice { reading: recorded.reading, failed: recorded.device_failed };
         self.station.begin(tick);
         self.station.respond();
         self.station.finish(Punctuality::default)
@@ -153,7 +155,12 @@ impl Device for RecordedDevice {
 
     fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
         if self.failed {
-            return Err(DeviceError::TickOutOfReach { device: String::new(), asked: tick, at: tick, most_ahead: 0 });
+            return Err(DeviceError::TickOutOfReach {
+                device: String::new(),
+                asked: tick,
+                at: tick,
+                most_ahead: 0,
+            });
         }
         Ok(self.reading)
     }
