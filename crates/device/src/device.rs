@@ -1,6 +1,7 @@
 //! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
 
 use cotouch_scene::geometry::{Reading, Wrench};
+use glam::DVec3;
 
 /// An impedance device: it reports where its haptic interface point is and renders the wrench that it is given.
 ///
@@ -13,6 +14,15 @@ pub trait Device: Send {
 
     /// What the device can render; constant.
     fn limits(&self) -> DeviceLimits;
+
+    /// The first tick at this device will be `tick`. A device that simulates its user begins there.
+    fn start(&mut self, tick: u64) {
+        let _ = tick;
+    }
+
+    /// From now on, the present place of the haptic interface point is `position` (m, world): the frame of the device
+    /// is moved, not the device. For a user who comes to a world that has moved on.
+    fn recentre(&mut self, position: DVec3);
 
     /// The reading at the instant of haptic tick `tick`. Ticks do not decrease from call to call, but the real-time
     /// loop may skip some. Reading twice at one tick before writing gives the same answer twice.
@@ -36,6 +46,14 @@ impl<D: Device + ?Sized> Device for Box<D> {
 
     fn limits(&self) -> DeviceLimits {
         (**self).limits()
+    }
+
+    fn start(&mut self, tick: u64) {
+        (**self).start(tick);
+    }
+
+    fn recentre(&mut self, position: DVec3) {
+        (**self).recentre(position);
     }
 
     fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
@@ -139,6 +157,10 @@ impl Device for IdealDevice {
         self.limits
     }
 
+    fn recentre(&mut self, position: DVec3) {
+        self.reading.pose.position = position;
+    }
+
     fn read(&mut self, _tick: u64) -> Result<Reading, DeviceError> {
         Ok(self.reading)
     }
@@ -152,7 +174,6 @@ impl Device for IdealDevice {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::DVec3;
 
     #[test]
     fn an_ideal_device_reports_and_remembers() {

@@ -135,6 +135,8 @@ pub struct SimulatedHand {
     name: String,
     model: HandModel,
     state: HandState,
+    /// Where the hand's rest position is in the world, m.
+    origin: DVec3,
 }
 
 impl SimulatedHand {
@@ -142,7 +144,7 @@ impl SimulatedHand {
     #[must_use]
     pub fn new(name: impl Into<String>, model: HandModel, position: DVec3) -> Self {
         let state = model.at_rest(0, position);
-        Self { name: name.into(), model, state }
+        Self { name: name.into(), model, state, origin: DVec3::ZERO }
     }
 
     /// The hand of the user at `host` of a scene on a line (along x), at rest at the origin.
@@ -192,6 +194,14 @@ impl Device for SimulatedHand {
         DeviceLimits::POINT
     }
 
+    fn start(&mut self, tick: u64) {
+        self.restart(tick);
+    }
+
+    fn recentre(&mut self, position: DVec3) {
+        self.origin = self.model.free(position) - self.state.position;
+    }
+
     fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
         let at = self.state.tick;
         if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
@@ -206,7 +216,7 @@ impl Device for SimulatedHand {
         while self.state.tick < tick {
             self.model.step(&mut self.state);
         }
-        Ok(Reading::point(self.state.position, self.state.velocity))
+        Ok(Reading::point(self.origin + self.state.position, self.state.velocity))
     }
 
     fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {

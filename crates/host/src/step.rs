@@ -18,6 +18,9 @@ use crate::{centralized, distributed};
 /// An object beyond this distance (m) or speed (m/s) has left the world.
 const WORLD_BOUND: f64 = 1e3;
 
+/// A late joiner that hears nobody for so long begins alone.
+const LONGEST_WAIT_S: f64 = 1.0;
+
 /// Most couplers at one host: the own hand's, and two a host.
 pub const MAX_COUPLERS: usize = 2 * MAX_USERS + 1;
 
@@ -56,19 +59,19 @@ impl HostModel {
     }
 
     /// Phase 1 of an instant with network step `step`: what this host tells the others about itself. A server has
-    /// nothing to tell before it has heard the clients; see [`HostModel::respond`].
+    /// nothing to tell before it has heard the clients (see [`HostModel::respond`]), nor has a host that still waits for
+    /// the world's present state.
     ///
     /// No allocation, no lock, bounded work.
     #[must_use]
     pub fn sample(&self, state: &HostState, step: u64, reading: &Reading) -> Option<StatePacket> {
-        let hand = Entry::Hand { point: 0, pose: reading.pose, twist: reading.twist };
+        if self.role == Role::Server || state.adopting {
+            return None;
+        }
         let mut packet = StatePacket { step, entries: ArrayVec::new() };
-        packet.entries.push(hand);
-        match self.role {
-            Role::Server => return None,
-            Role::Client => {}
-            Role::Peer if state.adopting => return None,
-            Role::Peer => packet.entries.push(object_entry(&state.object)),
+        packet.entries.push(Entry::Hand { point: 0, pose: reading.pose, twist: reading.twist });
+        if self.role == Role::Peer {
+            packet.entries.push(object_entry(&state.object));
         }
         Some(packet)
     }
@@ -168,7 +171,8 @@ impl HostModel {
         }
     }
 
-    /// A late joiner starts where the world is: it takes the object of the first peer that it hears.
+    /// A late joiner starts where the world is: it takes the object of the first peer that it hears. Where there is
+    /// nobody to hear, it begins alone.
     fn adopt_world(&self, state: &mut HostState) {
         if !state.adopting {
             return;
@@ -176,8 +180,9 @@ impl HostModel {
         let heard = state.peers.iter().find_map(|peer| peer.samples.held().and_then(object_of));
         if let Some(object) = heard {
             state.object = object;
-            state.adopting = false;
         }
+        let waited_s = state.ticks_done as f64 * self.schedule.control().period_s();
+        state.adopting = heard.is_none() && waited_s < LONGEST_WAIT_S;
     }
 }
 

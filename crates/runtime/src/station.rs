@@ -138,6 +138,9 @@ impl<D: Device> Station<D> {
     /// No allocation, no lock, no system call besides the device's.
     pub fn begin(&mut self, tick: u64) -> Option<StatePacket> {
         self.record_state_every_second(tick);
+        if self.state.last_tick.is_none() {
+            self.device.start(tick);
+        }
         let read = self.device.read(tick);
         let device_failed = read.is_err();
         let reading = read.unwrap_or(self.instant.reading);
@@ -186,8 +189,8 @@ impl<D: Device> Station<D> {
 
     /// Phase 2: due samples come into use; at a network step, what a server answers.
     pub fn respond(&mut self) -> Responses {
-        let Instant { tick, step, reading, .. } = self.instant;
-        self.model.play_out(&mut self.state.host, tick);
+        self.play_out();
+        let Instant { step, reading, .. } = self.instant;
         let mut responses = Responses::new();
         let (Role::Server, Some(step)) = (self.model.role, step) else { return responses };
         for client in self.model.sources() {
@@ -203,9 +206,9 @@ impl<D: Device> Station<D> {
     ///
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> TickRecord {
+        self.play_out();
         let Instant { tick, reading, device_failed, skipped, .. } = self.instant;
         self.state.last_tick = Some(tick);
-        self.model.play_out(&mut self.state.host, tick);
         let output = self.model.tick(&mut self.state.host, tick, &reading);
         let governed = self.governor.govern(
             &mut self.state.governor,
@@ -232,6 +235,18 @@ impl<D: Device> Station<D> {
         (record.lateness_ns, record.compute_ns) = (lateness_ns, compute_ns);
         self.record(|| RecordKind::Tick(record.clone()));
         record
+    }
+
+    /// Puts due samples into use. A host that has waited for the world meets it where it is: the device's frame is
+    /// moved so that the hand is at the object.
+    fn play_out(&mut self) {
+        let tick = self.instant.tick;
+        let was_adopting = self.state.host.adopting;
+        self.model.play_out(&mut self.state.host, tick);
+        if was_adopting && !self.state.host.adopting {
+            self.device.recentre(self.state.host.object.pose.position);
+            self.instant.reading = self.device.read(tick).unwrap_or(self.instant.reading);
+        }
     }
 
     fn tick_record(&self, output: &TickOutput, commanded: Wrench, governor_acted: u32) -> TickRecord {

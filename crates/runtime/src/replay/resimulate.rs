@@ -8,6 +8,7 @@ use cotouch_scene::SceneErrors;
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use glam::DVec3;
 
 use super::{Comparison, Difference, TickDifference};
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
@@ -152,6 +153,9 @@ impl Device for RecordedDevice {
     fn limits(&self) -> DeviceLimits {
         DeviceLimits::POINT
     }
+
+    /// What was recorded had been moved already.
+    fn recentre(&mut self, _: DVec3) {}
 
     fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
         if self.failed {
