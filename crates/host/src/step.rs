@@ -166,7 +166,7 @@ impl HostModel {
         let rises = peer.present && peer.samples.held().is_some();
         let change = if rises { self.fade_per_tick } else { -self.fade_per_tick };
         peer.fade = (peer.fade + change).clamp(0.0, 1.0);
-        if !peer.present && peer.fade == 0.0 {
+        if !peer.present && peer.fade == 0.0 && peer.samples.held().is_some() {
             peer.samples.restart();
         }
     }

@@ -172,9 +172,8 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
             Inbound::Presence { peer, present } => host.station.set_present(peer, present),
         }
     }
-    for (client, packet) in host.station.respond() {
-        host.port.leave(Some(client), packet);
-    }
+    let port = &mut host.port;
+    host.station.respond(|client, packet| port.leave(Some(client), packet.clone()));
     let record = host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
     host.timing.observe(&record);
     record

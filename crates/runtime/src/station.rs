@@ -6,12 +6,11 @@
 //! samples come into use and, at a network step, a server answers its clients. Then [`Station::finish`]: forces are
 //! computed and governed, the device renders, and the world moves on by one period.
 
-use arrayvec::ArrayVec;
 use cotouch_device::acted::LimitWatch;
 use cotouch_device::device::Device;
 use cotouch_device::energy::PortEnergy;
 use cotouch_device::governor::{Governor, GovernorInput, GovernorState, Phase};
-use cotouch_host::model::{HostModel, MAX_USERS, Role};
+use cotouch_host::model::{HostModel, Role};
 use cotouch_host::state::HostState;
 use cotouch_host::step::TickOutput;
 use cotouch_net::packet::StatePacket;
@@ -82,9 +81,6 @@ pub struct Punctuality {
     /// How long it has taken so far, ns.
     pub compute_ns: i64,
 }
-
-/// State packets that a server sends to its clients at one network step.
-pub type Responses = ArrayVec<(HostIndex, StatePacket), MAX_USERS>;
 
 impl<D: Device> Station<D> {
     /// The station of `host` in `scene`, before its first tick.
@@ -187,19 +183,17 @@ impl<D: Device> Station<D> {
         self.state.releasing && self.state.governor.is_released()
     }
 
-    /// Phase 2: due samples come into use; at a network step, what a server answers.
-    pub fn respond(&mut self) -> Responses {
+    /// Phase 2: due samples come into use; at a network step, `send` is handed what a server answers its clients.
+    pub fn respond(&mut self, mut send: impl FnMut(HostIndex, &StatePacket)) {
         self.play_out();
         let Instant { step, reading, .. } = self.instant;
-        let mut responses = Responses::new();
-        let (Role::Server, Some(step)) = (self.model.role, step) else { return responses };
+        let (Role::Server, Some(step)) = (self.model.role, step) else { return };
         for client in self.model.sources() {
             if let Some(packet) = self.model.respond(&self.state.host, step, &reading, client) {
                 self.record(|| RecordKind::Sent { to: Some(client), packet: packet.clone() });
-                responses.push((client, packet));
+                send(client, &packet);
             }
         }
-        responses
     }
 
     /// Phase 3: forces from what is known now, through the governor to the device, and the world one period on.

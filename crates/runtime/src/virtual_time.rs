@@ -150,9 +150,8 @@ impl<D: Device> VirtualSession<D> {
         }
         let mut answered = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
-            for (client, packet) in host.station.respond() {
-                answered |= host.endpoint.send_state(self.now, &packet, client).is_ok();
-            }
+            let endpoint = &mut host.endpoint;
+            host.station.respond(|client, packet| answered |= endpoint.send_state(self.now, packet, client).is_ok());
         }
         if answered {
             self.run_network();

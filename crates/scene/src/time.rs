@@ -99,6 +99,12 @@ impl Rate {
     /// The instant of tick `index`, rounded to the nearest nanosecond from the index: nothing accumulates.
     #[must_use]
     pub fn instant(self, index: u64) -> SessionTime {
+        // Sessions shorter than centuries fit 64 bits, whose division is several times faster.
+        if let Some(scaled) = self.denominator.checked_mul(1_000_000_000).and_then(|ns| ns.checked_mul(index))
+            && let Some(rounded) = scaled.checked_add(self.numerator / 2)
+        {
+            return SessionTime((rounded / self.numerator) as i64);
+        }
         let scaled = u128::from(index) * u128::from(self.denominator) * 1_000_000_000;
         let numerator = u128::from(self.numerator);
         SessionTime(((scaled + numerator / 2) / numerator) as i64)
@@ -261,6 +267,9 @@ impl Schedule {
     /// The haptic tick at which network step `step` happens.
     #[must_use]
     pub fn tick_of_step(&self, step: u64) -> u64 {
+        if let Some(product) = step.checked_mul(self.ticks_per_pattern) {
+            return product.div_ceil(self.steps_per_pattern);
+        }
         let product = u128::from(step) * u128::from(self.ticks_per_pattern);
         product.div_ceil(u128::from(self.steps_per_pattern)) as u64
     }
@@ -268,6 +277,9 @@ impl Schedule {
     /// The last network step at or before haptic tick `tick`.
     #[must_use]
     pub fn last_step_at(&self, tick: u64) -> u64 {
+        if let Some(product) = tick.checked_mul(self.steps_per_pattern) {
+            return product / self.ticks_per_pattern;
+        }
         (u128::from(tick) * u128::from(self.steps_per_pattern) / u128::from(self.ticks_per_pattern)) as u64
     }
 

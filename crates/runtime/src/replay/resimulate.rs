@@ -112,7 +112,7 @@ impl Resimulated {
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
         self.station.device = RecordedDevice { reading: recorded.reading, failed: recorded.device_failed };
         self.station.begin(tick);
-        self.station.respond();
+        self.station.respond(|_, _| {});
         self.station.finish(Punctuality::default)
     }
 
