@@ -151,7 +151,8 @@ impl<D: Device> VirtualSession<D> {
         let mut answered = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             let endpoint = &mut host.endpoint;
-            host.station.respond(|client, packet| answered |= endpoint.send_state(self.now, packet, client).is_ok());
+            host.station
+                .respond(|client, packet| answered |= endpoint.send_state(self.now, packet, client).is_ok());
         }
         if answered {
             self.run_network();
