@@ -1,6 +1,6 @@
 //! The one pacing thread of a process: every host's tick at its instant.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 use cotouch_device::device::Device;
@@ -10,6 +10,7 @@ use cotouch_scene::time::Rate;
 use hdrhistogram::Histogram;
 
 use crate::clock;
+use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
 use crate::snapshot::HostSnapshot;
@@ -18,6 +19,9 @@ use crate::transport::{HapticPort, Inbound};
 
 /// Displays are told of at most every this many nanoseconds.
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
+/// The verdict so far is renewed every second, the first time when there is something to judge.
+const VERDICT_PERIOD_NS: i64 = 1_000_000_000;
+const FIRST_VERDICT_NS: i64 = 3_000_000_000;
 /// After this time a device that still renders a force is let go of by ending anyway, s.
 const LONGEST_RELEASE_S: f64 = 2.0;
 
@@ -61,8 +65,18 @@ pub(crate) struct Control {
     pub(crate) elapsed_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
+    /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
+    pub(crate) verdict: AtomicU8,
     /// What the system did not allow the haptic thread.
     pub(crate) warning: Mutex<Option<String>>,
+}
+
+/// What [`Control::verdict`] says.
+pub(crate) struct Verdict;
+
+impl Verdict {
+    pub(crate) const STABLE: u8 = 1;
+    pub(crate) const UNSTABLE: u8 = 2;
 }
 
 /// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
@@ -112,6 +126,7 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
     let mut give_up = u64::MAX;
     let mut tick = first;
     let mut next_snapshot_ns = 0;
+    let mut next_verdict_ns = FIRST_VERDICT_NS;
     loop {
         let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else { continue };
         let releasing = due >= last || control.stop.load(Ordering::Relaxed);
@@ -134,6 +149,10 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
         if shows {
             next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
         }
+        if elapsed_ns >= next_verdict_ns {
+            next_verdict_ns = elapsed_ns + VERDICT_PERIOD_NS;
+            control.verdict.store(verdict(hosts), Ordering::Relaxed);
+        }
         if !releasing || control.elapsed_ns.load(Ordering::Relaxed) == 0 {
             // One period on: where this tick ends. The release afterwards is not part of the run.
             let end_ns = elapsed_ns + (1e9 * rate.period_s()) as i64;
@@ -144,6 +163,17 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
         }
         tick = due + 1;
     }
+}
+
+/// The run's verdict, if it ended now. Between ticks; no allocation.
+fn verdict(hosts: &[HapticHost]) -> u8 {
+    let control = |host: &HapticHost| host.station.model.schedule.control();
+    let limited = hosts
+        .iter()
+        .any(|host| host.station.limits.is_exceeded(control(host)) || host.station.state.host.diverged);
+    let quarters = hosts.iter().map(|host| host.station.oscillation.last_two_quarters_j());
+    let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
+    if limited || monitor::grows(before_j, last_j) { Verdict::UNSTABLE } else { Verdict::STABLE }
 }
 
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it

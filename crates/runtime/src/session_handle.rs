@@ -9,7 +9,7 @@ use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 
-use crate::haptic_loop::{Control, HapticHost};
+use crate::haptic_loop::{Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
@@ -118,7 +118,12 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        Snapshot { time_s, stable: None, ended: self.has_ended(), hosts }
+        let stable = match self.control.verdict.load(Ordering::Relaxed) {
+            Verdict::STABLE => Some(true),
+            Verdict::UNSTABLE => Some(false),
+            _ => None,
+        };
+        Snapshot { time_s, stable, ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a
