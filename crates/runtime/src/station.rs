@@ -28,6 +28,10 @@ use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 const STATE_BYTES: usize = 1 << 18;
 
 /// A host that renders at a device.
+///
+/// It belongs to one thread and shares nothing with any other: there is no lock in it, and whoever records or transmits
+/// does so behind queues that never wait ([`crate::exchange`], [`crate::transport::HapticPort`]). After the first
+/// instants it allocates nothing.
 pub struct Station<D> {
     /// The host's constants.
     pub model: HostModel,
@@ -89,12 +93,7 @@ pub type Responses = ArrayVec<(HostIndex, StatePacket), MAX_USERS>;
 impl<D: Device> Station<D> {
     /// The station of `host` in `scene`, before its first tick.
     #[must_use]
-    pub fn new(
-        scene: &Scene,
-        host: HostIndex,
-        device: D,
-        sink: Option<Box<dyn RecordSink + Send>>,
-    ) -> Self {
+    pub fn new(scene: &Scene, host: HostIndex, device: D, sink: Option<Box<dyn RecordSink + Send>>) -> Self {
         let model = HostModel::new(scene, host);
         let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
         let state = StationState {
