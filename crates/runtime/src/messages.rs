@@ -15,7 +15,7 @@ pub(crate) mod types {
 }
 
 /// The definitions, compiled: a protobuf `FileDescriptorSet`, which every recording carries as its schema.
-pub const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/cotouch.descriptors"));
+pub(crate) const DESCRIPTORS: &[u8] = include_bytes!(concat!(env!("OUT_DIR"), "/cotouch.descriptors"));
 
 /// The topic of the recording's first message, which says what was recorded.
 pub(crate) const SESSION_TOPIC: &str = "/session/scene";

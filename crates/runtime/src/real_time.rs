@@ -125,6 +125,24 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
 /// # Errors
 /// When a socket, a thread or the recording cannot be had.
 pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
+    let hand = |host| Ok(Box::new(SimulatedHand::of_scene(scene, host)?) as Box<dyn Device>);
+    let devices = scene.hosts().map(hand).collect::<Result<_, HandError>>()?;
+    run_local_with(scene, devices, options)
+}
+
+/// As [`run_local`], with `devices`, one a host in the order of hosts.
+///
+/// # Errors
+/// As for [`run_local`].
+///
+/// # Panics
+/// When there are not as many devices as hosts.
+pub fn run_local_with(
+    scene: &Scene,
+    devices: Vec<Box<dyn Device>>,
+    options: &RealTimeOptions,
+) -> Result<SessionHandle, StartError> {
+    assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
     let mut seats = Vec::new();
     let server_socket = bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
     let server = local_address(&server_socket)?;
@@ -138,10 +156,6 @@ pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHand
         seats.push(take_seat(socket, endpoint, host, scene.session.seed, options)?);
         wait_to_be_taken_in(&seats[host.index()].0, server)?;
     }
-    let devices = scene
-        .hosts()
-        .map(|host| Ok(Box::new(SimulatedHand::of_scene(scene, host)?) as Box<dyn Device>))
-        .collect::<Result<Vec<_>, StartError>>()?;
     start(scene, seats, devices, options)
 }
 

@@ -27,6 +27,10 @@ use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 const STATE_BYTES: usize = 1 << 18;
 
 /// A host that renders at a device.
+///
+/// It belongs to one thread and shares nothing with any other: there is no lock in it, and whoever records or transmits
+/// does so behind queues that never wait ([`crate::exchange`], [`crate::transport::HapticPort`]). After the first
+/// instants it allocates nothing.
 pub struct Station<D> {
     /// The host's constants.
     pub model: HostModel,

@@ -10,7 +10,7 @@ use crate::record::TickRecord;
 
 /// The name of one number, such as `object_position_x_m` or `step_in_use_host2`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Field {
+pub(crate) struct Field {
     part: &'static str,
     quantity: &'static str,
     axis: &'static str,
@@ -32,7 +32,7 @@ impl fmt::Display for Field {
 
 /// One number of a tick. Equal means equal bit for bit.
 #[derive(Clone, Copy, Debug)]
-pub enum Value {
+pub(crate) enum Value {
     /// A real number.
     Real(f64),
     /// A whole number.
@@ -73,7 +73,7 @@ const AXES: [&str; 4] = ["x", "y", "z", "w"];
 
 /// Hands every number of `record` to `visit`, always in the same order: what was consumed, what came of it, and last
 /// the two measurements `lateness_ns` and `compute_ns`.
-pub fn visit_fields(record: &TickRecord, mut visit: impl FnMut(Field, Value)) {
+pub(crate) fn visit_fields(record: &TickRecord, mut visit: impl FnMut(Field, Value)) {
     visit_results(record, &mut visit);
     visit(plain("lateness_ns"), Value::Whole(record.lateness_ns.into()));
     visit(plain("compute_ns"), Value::Whole(record.compute_ns.into()));

@@ -1,43 +1,23 @@
-//! The haptic thread's side of the recorder never allocates, with room in the ring or without.
+//! The haptic thread never allocates: not in a station's instant, not in recording it, not where it meets the network.
 
 mod common;
+mod counting;
 
-use std::alloc::{GlobalAlloc, Layout, System};
-use std::cell::Cell;
+use std::net::UdpSocket;
 
+use arrayvec::ArrayVec;
 use common::session;
-use cotouch_runtime::exchange::{RecordSink, record_ring};
+use cotouch_device::hand::SimulatedHand;
+use cotouch_net::packet::StatePacket;
+use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
+use cotouch_runtime::joining;
+use cotouch_runtime::record::{RecordItem, RecordKind};
+use cotouch_runtime::station::{Punctuality, Station};
+use cotouch_runtime::transport::Transport;
 use cotouch_scene::names::HostIndex;
-
-struct Counting;
-
-thread_local! {
-    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
-}
-
-#[allow(unsafe_code)] // A global allocator cannot be written without.
-// SAFETY: everything is passed on to the system's allocator.
-unsafe impl GlobalAlloc for Counting {
-    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
-        ALLOCATIONS.with(|count| count.set(count.get() + 1));
-        // SAFETY: as the caller's.
-        unsafe { System.alloc(layout) }
-    }
-
-    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
-        // SAFETY: as the caller's.
-        unsafe { System.dealloc(pointer, layout) }
-    }
-}
-
-#[global_allocator]
-static ALLOCATOR: Counting = Counting;
-
-fn allocations(act: impl FnOnce()) -> u64 {
-    let before = ALLOCATIONS.with(Cell::get);
-    act();
-    ALLOCATIONS.with(Cell::get) - before
-}
+use cotouch_scene::scene::Scene;
+use cotouch_scene::{Override, load};
+use counting::allocations;
 
 #[test]
 fn recording_does_not_allocate() {
@@ -54,4 +34,110 @@ fn recording_does_not_allocate() {
     });
     assert!(counted > 0, "the counter counts");
     assert_eq!(allocations(|| producer.record(&items[0])), 0);
+}
+
+#[test]
+fn an_instant_does_not_allocate() {
+    for name in ["single-axis", "single-axis-centralized"] {
+        for users in [2, 8] {
+            let users: Override = format!("session.users={users}").parse().unwrap();
+            assert_instants_do_not_allocate(&load(name, &[users]).unwrap());
+        }
+    }
+}
+
+/// Three seconds of a session, a peer that goes and comes and a release included.
+fn assert_instants_do_not_allocate(scene: &Scene) {
+    let (mut stations, mut consumers) = recorded_stations(scene);
+    let mut items = Vec::new();
+    for tick in 0..3 * 1024 {
+        let counted = allocations(|| {
+            match tick {
+                0 => set_all_present(&mut stations, true),
+                1500 => set_all_present(&mut stations, false),
+                1600 => set_all_present(&mut stations, true),
+                2700 => stations.iter_mut().for_each(Station::release),
+                _ => {}
+            }
+            instant(&mut stations, tick);
+        });
+        assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
+        consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));
+    }
+    assert_everything_happened(&items, stations.len());
+    assert!(stations.iter().all(Station::is_released));
+}
+
+fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedHand>>, Vec<RecordConsumer>) {
+    let station = |host| {
+        let (producer, consumer) = record_ring(host, DEFAULT_CAPACITY);
+        let hand = SimulatedHand::of_scene(scene, host).unwrap();
+        (Station::new(scene, host, hand, Some(Box::new(producer))), consumer)
+    };
+    scene.hosts().map(station).unzip()
+}
+
+fn set_all_present(stations: &mut [Station<SimulatedHand>], present: bool) {
+    let users = stations[0].model.users;
+    for station in stations {
+        for peer in station.model.host.others(users) {
+            station.set_present(peer, present);
+        }
+    }
+}
+
+/// One instant of all stations, with a network that takes no time.
+fn instant(stations: &mut [Station<SimulatedHand>], tick: u64) {
+    let mut sent: ArrayVec<(HostIndex, StatePacket), 16> = ArrayVec::new();
+    for station in stations.iter_mut() {
+        if let Some(packet) = station.begin(tick) {
+            sent.push((station.model.host, packet));
+        }
+    }
+    for station in stations.iter_mut() {
+        for (from, packet) in &sent {
+            if station.model.sources().any(|source| source == *from) {
+                station.receive(*from, packet);
+            }
+        }
+    }
+    for index in 0..stations.len() {
+        for (client, packet) in stations[index].respond() {
+            stations[client.index()].receive(HostIndex(index as u8), &packet);
+        }
+    }
+    for station in stations.iter_mut() {
+        station.finish(Punctuality::default);
+    }
+}
+
+/// The ticks that were counted did all that a tick can have to do.
+fn assert_everything_happened(items: &[RecordItem], hosts: usize) {
+    let count = |is: fn(&RecordKind) -> bool| items.iter().filter(|item| is(&item.kind)).count();
+    assert_eq!(count(|kind| matches!(kind, RecordKind::Tick(_))), 3 * 1024 * hosts);
+    assert_eq!(count(|kind| matches!(kind, RecordKind::State(bytes) if !bytes.is_empty())), 3 * hosts);
+    let steps = 3 * 128;
+    assert!(count(|kind| matches!(kind, RecordKind::Sent { .. })) >= steps * (hosts - 1));
+    assert!(count(|kind| matches!(kind, RecordKind::Received { .. })) >= steps * (hosts - 1));
+    assert_eq!(count(|kind| matches!(kind, RecordKind::Note(_))), 0, "nothing was dropped");
+}
+
+#[test]
+fn the_haptic_threads_end_of_the_network_does_not_allocate() {
+    let scene = load("single-axis", &[]).unwrap();
+    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
+    let address = socket.local_addr().unwrap();
+    let endpoint = joining::endpoint(&scene, HostIndex::FIRST, address, cotouch_runtime::clock::now());
+    let (_transport, mut port) = Transport::start(socket, endpoint, None, "test").unwrap();
+    let packet = StatePacket::default();
+    let counted = allocations(|| {
+        for _ in 0..1000 {
+            port.clock();
+            while port.next().is_some() {}
+            port.leave(None, packet.clone());
+            port.leave(Some(HostIndex(1)), packet.clone());
+            port.wake_sender();
+        }
+    });
+    assert_eq!(counted, 0);
 }

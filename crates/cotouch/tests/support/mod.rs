@@ -1,5 +1,7 @@
 //! A virtual session whose state can be read and written by the names of its coordinates.
 
+#![allow(dead_code)] // Each test binary uses its part.
+
 use cotouch_analysis::lift::LiftedMap;
 use cotouch_device::acted::Acted;
 use cotouch_device::hand::SimulatedHand;
@@ -58,6 +60,31 @@ impl Probe {
         let above = self.run_moved(moved, STEP, coordinates);
         let below = self.run_moved(moved, -STEP, coordinates);
         above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * STEP)).collect()
+    }
+
+    /// Moves every hand by another share of `by_m`, m: two that moved alike would hide how they swing against each other.
+    pub fn move_hands(&mut self, by_m: f64) {
+        for index in 0..self.session.hosts().len() {
+            let share = by_m * (-0.6_f64).powi(index as i32);
+            let host = HostIndex(index as u8);
+            visit_hand(&mut self.session, host, Quantity::X, &mut |value| *value += share);
+        }
+    }
+
+    /// Runs one pattern. Where everything that moves is then and how fast, along the axis: hands, then objects.
+    pub fn run_pattern(&mut self) -> Vec<(f64, f64)> {
+        self.tick += self.ticks_per_pattern;
+        self.session.run_to_tick(self.tick, |host, record| assert_nothing_acted(host, record));
+        let hosts = || self.session.hosts().iter().map(|host| &host.station);
+        let hands = hosts().map(|station| {
+            let hand = station.device.state();
+            (hand.position.x, hand.velocity.x)
+        });
+        let objects = hosts().map(|station| {
+            let (position, velocity) = station.state.host.object.point();
+            (position.x, velocity.x)
+        });
+        hands.chain(objects).collect()
     }
 
     fn run_moved(&mut self, moved: Coordinate, by: f64, coordinates: &[Coordinate]) -> Vec<f64> {
