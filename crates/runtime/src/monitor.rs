@@ -5,6 +5,7 @@
 //! before and more than 1 µJ. Bounded memory for a run of any length, and no allocation while it runs.
 
 use cotouch_host::step::{CouplerOutput, MAX_COUPLERS};
+use cotouch_scene::time::Schedule;
 use glam::DVec3;
 
 /// Above this the couplers' motion counts as oscillation rather than as what the users do, Hz.
@@ -15,34 +16,42 @@ const LEAST_ENERGY_J: f64 = 1e-6;
 const GROWTH: f64 = 1.5;
 
 /// Collects the couplers' energy above 8 Hz at one host.
+///
+/// The own hand's coupler is looked at every tick. A coupler to a held sample is looked at once a network step: in
+/// between it stretches by what its near end moves, and snaps back with the next sample, which is how fast the users
+/// move and no oscillation.
 #[derive(Clone, Debug)]
 pub struct OscillationMonitor {
-    high_pass: HighPass,
+    every_tick: HighPass,
+    every_step: HighPass,
     filters: [Option<FilterState>; MAX_COUPLERS],
+    /// Of the couplers to held samples, at the last network step, J.
+    held_j: f64,
     energy: Bins,
 }
 
 impl OscillationMonitor {
-    /// For a host that ticks every `period_s`.
+    /// For a host with this schedule.
     #[must_use]
-    pub fn new(period_s: f64) -> Self {
+    pub fn new(schedule: &Schedule) -> Self {
         Self {
-            high_pass: HighPass::butterworth(CORNER_HZ, period_s),
+            every_tick: HighPass::butterworth(CORNER_HZ, schedule.control().period_s()),
+            every_step: HighPass::butterworth(CORNER_HZ, schedule.network().period_s()),
             filters: [None; MAX_COUPLERS],
+            held_j: 0.0,
             energy: Bins::new(),
         }
     }
 
-    /// Takes the couplers of one tick. A coupler that is seen for the first time starts without a transient.
-    pub fn observe(&mut self, couplers: &[CouplerOutput]) {
-        let mut energy_j = 0.0;
-        for coupler in couplers {
-            let slot = &mut self.filters[usize::from(coupler.slot)];
-            let state = slot.get_or_insert_with(|| self.high_pass.settled_at(coupler.stretch));
-            let fast = self.high_pass.step(state, coupler.stretch);
-            energy_j += 0.5 * coupler.stiffness_n_per_m * fast.length_squared();
+    /// Takes the couplers of one tick, which is one with a network step or not. A coupler that is seen for the first
+    /// time starts without a transient.
+    pub fn observe(&mut self, couplers: &[CouplerOutput], network_step: bool) {
+        let (own, held) = couplers.split_at(couplers.len().min(1));
+        if network_step {
+            self.held_j = filtered_energy_j(&self.every_step, &mut self.filters, held);
         }
-        self.energy.push(energy_j);
+        let own_j = filtered_energy_j(&self.every_tick, &mut self.filters, own);
+        self.energy.push(own_j + self.held_j);
     }
 
     /// Mean energy above 8 Hz (J) in the third and in the last quarter of the run.
@@ -50,6 +59,21 @@ impl OscillationMonitor {
     pub fn last_two_quarters_j(&self) -> (f64, f64) {
         self.energy.last_two_quarters()
     }
+}
+
+fn filtered_energy_j(
+    high_pass: &HighPass,
+    filters: &mut [Option<FilterState>; MAX_COUPLERS],
+    couplers: &[CouplerOutput],
+) -> f64 {
+    let mut energy_j = 0.0;
+    for coupler in couplers {
+        let slot = &mut filters[usize::from(coupler.slot)];
+        let state = slot.get_or_insert_with(|| high_pass.settled_at(coupler.stretch));
+        let fast = high_pass.step(state, coupler.stretch);
+        energy_j += 0.5 * coupler.stiffness_n_per_m * fast.length_squared();
+    }
+    energy_j
 }
 
 /// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
@@ -156,10 +180,13 @@ mod tests {
     const T: f64 = 1.0 / 1024.0;
 
     fn run(seconds: f64, stretch: impl Fn(f64) -> f64) -> (f64, f64) {
-        let mut monitor = OscillationMonitor::new(T);
+        let rate = |text: &str| text.parse().expect("a rate");
+        let schedule = Schedule::new(rate("1024"), rate("128")).expect("they fit");
+        let mut monitor = OscillationMonitor::new(&schedule);
         for tick in 0..(seconds / T) as u32 {
             let stretch = DVec3::X * stretch(f64::from(tick) * T);
-            monitor.observe(&[CouplerOutput { slot: 0, stiffness_n_per_m: 1000.0, stretch }]);
+            let coupler = CouplerOutput { slot: 0, stiffness_n_per_m: 1000.0, stretch };
+            monitor.observe(&[coupler], false);
         }
         monitor.last_two_quarters_j()
     }
@@ -179,6 +206,21 @@ mod tests {
         assert!(slow < 1e-6, "{slow}");
         let (_, constant) = run(8.0, |_| 0.01);
         assert!(constant < 1e-20, "{constant}");
+    }
+
+    #[test]
+    fn moving_against_held_samples_is_no_oscillation() {
+        let schedule = Schedule::new("1024".parse().unwrap(), "128".parse().unwrap()).unwrap();
+        let mut monitor = OscillationMonitor::new(&schedule);
+        for tick in 0..8 * 1024_u32 {
+            let speed = if tick < 4096 { 0.1 } else { 1.0 };
+            let stretch = DVec3::X * (speed * f64::from(tick % 8) * T);
+            let own = CouplerOutput { slot: 0, stiffness_n_per_m: 3000.0, stretch: DVec3::ZERO };
+            let held = CouplerOutput { slot: 3, stiffness_n_per_m: 400.0, stretch };
+            monitor.observe(&[own, held], tick % 8 == 0);
+        }
+        let (before, last) = monitor.last_two_quarters_j();
+        assert!(!grows(before, last), "{before} {last}");
     }
 
     #[test]

@@ -64,6 +64,8 @@ pub struct StationState {
     pub releasing: bool,
     /// The last tick that was done.
     pub last_tick: Option<u64>,
+    /// The last good reading: what counts while the device fails.
+    pub last_reading: Reading,
 }
 
 /// What is known of the instant that is being worked on.
@@ -98,11 +100,12 @@ impl<D: Device> Station<D> {
             port: PortEnergy::default(),
             releasing: false,
             last_tick: None,
+            last_reading: Reading::default(),
         };
         Self {
             state,
             device,
-            oscillation: OscillationMonitor::new(scene.rates.control_hz.period_s()),
+            oscillation: OscillationMonitor::new(&scene.schedule()),
             limits: LimitWatch::default(),
             governor,
             watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
@@ -143,7 +146,7 @@ impl<D: Device> Station<D> {
         }
         let read = self.device.read(tick);
         let device_failed = read.is_err();
-        let reading = read.unwrap_or(self.instant.reading);
+        let reading = read.unwrap_or(self.state.last_reading);
         let step = self.model.step_due(&self.state.host, tick);
         let skipped = self.state.last_tick.map_or(0, |last| tick.saturating_sub(last + 1));
         self.instant = Instant { tick, step, reading, device_failed, skipped };
@@ -205,8 +208,9 @@ impl<D: Device> Station<D> {
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> TickRecord {
         self.play_out();
-        let Instant { tick, reading, device_failed, skipped, .. } = self.instant;
+        let Instant { tick, step, reading, device_failed, skipped } = self.instant;
         self.state.last_tick = Some(tick);
+        self.state.last_reading = reading;
         let output = self.model.tick(&mut self.state.host, tick, &reading);
         let governed = self.governor.govern(
             &mut self.state.governor,
@@ -222,7 +226,7 @@ impl<D: Device> Station<D> {
         self.state.port.observe(&reading, governed.commanded);
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
-            self.oscillation.observe(&output.couplers);
+            self.oscillation.observe(&output.couplers, step.is_some());
             self.limits.observe(governed.acted);
         }
         if device_failed || write_failed {

@@ -102,8 +102,10 @@ fn instant(stations: &mut [Station<SimulatedHand>], tick: u64) {
         }
     }
     for index in 0..stations.len() {
-        for (client, packet) in stations[index].respond() {
-            stations[client.index()].receive(HostIndex(index as u8), &packet);
+        let mut answers: ArrayVec<(HostIndex, StatePacket), 16> = ArrayVec::new();
+        stations[index].respond(|client, packet| answers.push((client, packet.clone())));
+        for (client, packet) in &answers {
+            stations[client.index()].receive(HostIndex(index as u8), packet);
         }
     }
     for station in stations.iter_mut() {
