@@ -61,8 +61,9 @@ pub(crate) struct Envelope {
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bin {
     index: u64,
-    least: f64,
-    largest: f64,
+    /// Time (s) and value.
+    least: (f64, f64),
+    largest: (f64, f64),
 }
 
 impl Envelope {
@@ -78,10 +79,11 @@ impl Envelope {
         }
         // Half a period makes the index of a tick safe from rounding.
         let index = (time_s / self.bin_s + 0.5) as u64;
+        let point = (time_s, value);
         match self.bins.last_mut() {
-            Some(bin) if bin.index == index => bin.take(value),
+            Some(bin) if bin.index == index => bin.take(point),
             _ => {
-                self.bins.push(Bin { index, least: value, largest: value });
+                self.bins.push(Bin { index, least: point, largest: point });
                 if self.bins.len() >= MOST_BINS {
                     self.halve();
                 }
@@ -89,15 +91,15 @@ impl Envelope {
         }
     }
 
-    /// The curve as points: through the least and the largest value of every stretch.
+    /// The curve as points, in the order of time: the least and the largest value of every stretch, each when it was.
     pub(crate) fn points(&self) -> impl Iterator<Item = (f64, f64)> {
         self.bins.iter().flat_map(|bin| {
-            let time_s = bin.index as f64 * self.bin_s;
-            let both =
-                [Some((time_s, bin.least)), (bin.largest > bin.least).then_some((time_s, bin.largest))];
-            // Up in one stretch, down in the next: half as much ink between them.
-            let both = if bin.index % 2 == 0 { both } else { [both[1], both[0]] };
-            both.into_iter().flatten()
+            let (first, second) = if bin.least.0 <= bin.largest.0 {
+                (bin.least, bin.largest)
+            } else {
+                (bin.largest, bin.least)
+            };
+            [Some(first), (second != first).then_some(second)].into_iter().flatten()
         })
     }
 
@@ -119,9 +121,13 @@ impl Envelope {
 }
 
 impl Bin {
-    fn take(&mut self, value: f64) {
-        self.least = self.least.min(value);
-        self.largest = self.largest.max(value);
+    fn take(&mut self, point: (f64, f64)) {
+        if point.1 < self.least.1 {
+            self.least = point;
+        }
+        if point.1 > self.largest.1 {
+            self.largest = point;
+        }
     }
 }
 

@@ -56,6 +56,22 @@ pub(super) fn verdict(summary: &Summary) -> String {
     }
 }
 
+/// The same for the top of a picture, where there is room for a line.
+pub(super) fn headline(summary: &Summary) -> String {
+    let word = |stable| if stable { "stable" } else { "unstable" };
+    let outcome = match summary.instability {
+        Some(instability) => format!("unstable ({})", instability.in_words()),
+        None => word(summary.stable).to_owned(),
+    };
+    match (summary.disagrees(), summary.predicted) {
+        (Some(false), _) => format!("{}: {outcome}, as predicted", summary.scene),
+        (_, Some(predicted)) => {
+            format!("{}: {outcome}, but predicted {}", summary.scene, word(predicted.stable))
+        }
+        (_, None) => format!("{}: {outcome}", summary.scene),
+    }
+}
+
 fn network(summary: &Summary) -> String {
     let network = &summary.network;
     let counts = format!("{} sent, {} received, {} lost", network.sent, network.received, network.lost);

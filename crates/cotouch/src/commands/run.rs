@@ -156,7 +156,7 @@ fn conclude(
     summary.predicted = predicted;
     if let Some(recording) = &plan.recording {
         let picture = recording.with_extension("svg");
-        let headline = format!("{}: {}", summary.scene, report::verdict(&summary));
+        let headline = report::headline(&summary);
         let trace = session::trace_of(scene, recording)?;
         write_file(&picture, &figure::session_picture(scene, &trace, &headline)?)?;
         summary.recording = Some(recording.display().to_string());
