@@ -16,7 +16,7 @@ use crate::rigid::{Structure, deflate};
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Stability {
     /// Largest absolute eigenvalue over one pattern, in the worst contact mode, without the rigid-body poles.
-    /// Infinite where the state outgrows floating point within one pattern.
+    /// Infinite where the state grows more than 10¹²⁰-fold within one pattern.
     pub spectral_radius: f64,
     /// Whether every contact mode's spectral radius is below 1, strictly.
     pub stable: bool,
@@ -76,6 +76,9 @@ pub struct LoopStability {
     pub eigenvalues: Vec<Complex<f64>>,
 }
 
+/// Beyond this, in SI units, sums of squares would overflow.
+const LARGEST_GROWTH: f64 = 1e120;
+
 /// Why there is no verdict.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum AnalysisError {
@@ -127,7 +130,7 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
     let matrix = stepping::lift(spec, &layout).matrix;
     let structure = Structure::new(spec, &layout);
     let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
-    if matrix.iter().any(|value| !value.is_finite()) {
+    if matrix.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH) {
         return Ok(outgrown(rigid_body_poles, loose_parts));
     }
     let mut eigenvalues = remaining_eigenvalues(matrix, &structure)?;
@@ -138,7 +141,7 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
     Ok(LoopStability { spectral_radius, stable, rigid_body_poles, drag_pole, loose_parts, eigenvalues })
 }
 
-/// A state that exceeds 10³⁰⁸ times its start within one pattern.
+/// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
 fn outgrown(rigid_body_poles: u8, loose_parts: usize) -> LoopStability {
     LoopStability {
         spectral_radius: f64::INFINITY,
@@ -172,6 +175,7 @@ fn remaining_eigenvalues(
         }
     }
     balance(&mut matrix);
+    eigenvalues::check(&matrix)?;
     of_balanced(&matrix)
 }
 

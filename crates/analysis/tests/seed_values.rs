@@ -137,7 +137,6 @@ fn a_late_damper_has_its_closed_form_limit() {
     }
 }
 
-/// Chapter 8's verdicts need a real hand (seed: hands of mass alone are unstable at n = 1).
 #[test]
 fn a_one_sided_wall_gives_two_modes() {
     let mut scene = table_6_1(Architecture::Distributed);

@@ -7,12 +7,12 @@ use cotouch_scene::scene::{
     PlayOut, Rates, Scene, Session, SpringDamper, User, Wall, WallSides, Way,
 };
 
-pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
+pub(crate) fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
     SpringDamper { stiffness_n_per_m, damping_n_s_per_m }
 }
 
 /// Table 6.1 of the thesis, n = 0.
-pub fn table_6_1(architecture: Architecture) -> Scene {
+pub(crate) fn table_6_1(architecture: Architecture) -> Scene {
     let centralized = architecture == Architecture::Centralized;
     Scene {
         name: "test".into(),
@@ -54,7 +54,7 @@ pub fn table_6_1(architecture: Architecture) -> Scene {
     }
 }
 
-pub fn users(count: u8) -> Vec<User> {
+pub(crate) fn users(count: u8) -> Vec<User> {
     let user = |index: u8| User {
         name: format!("user{index}"),
         tracking: spring(0.0, 0.0),
@@ -64,28 +64,28 @@ pub fn users(count: u8) -> Vec<User> {
     (0..count).map(user).collect()
 }
 
-pub fn with_users(mut scene: Scene, count: u8) -> Scene {
+pub(crate) fn with_users(mut scene: Scene, count: u8) -> Scene {
     scene.session.users = count;
     scene.users = users(count);
     scene
 }
 
 /// Tick and network rate with N ticks a network step.
-pub fn with_ratio(mut scene: Scene, ratio: u32) -> Scene {
+pub(crate) fn with_ratio(mut scene: Scene, ratio: u32) -> Scene {
     scene.rates.network_hz = format!("1024/{ratio}").parse().unwrap();
     scene
 }
 
-pub fn latency(latency_s: f64) -> Impairment {
+pub(crate) fn latency(latency_s: f64) -> Impairment {
     Impairment { latency_s, ..Impairment::NONE }
 }
 
-pub fn way(from: u8, to: u8, latency_s: f64) -> Way {
+pub(crate) fn way(from: u8, to: u8, latency_s: f64) -> Way {
     Way { from: HostIndex(from), to: HostIndex(to), impairment: latency(latency_s) }
 }
 
 /// Chapter 5: b = 10 N·s/m in every coupler.
-pub fn chapter_5(architecture: Architecture, k: [f64; 3], n: u32) -> Scene {
+pub(crate) fn chapter_5(architecture: Architecture, k: [f64; 3], n: u32) -> Scene {
     let mut scene = table_6_1(architecture);
     scene.coupling = Coupling {
         hand_object: spring(k[0], 10.0),

@@ -33,7 +33,7 @@ struct Host {
     held: Vec<Packet>,
 }
 
-pub struct Simulation {
+pub(crate) struct Simulation {
     scene: Scene,
     hosts: Vec<Host>,
     wall: bool,
@@ -44,7 +44,7 @@ const SAME_S: f64 = 1e-9;
 
 impl Simulation {
     /// At rest, with the samples of steps −1 … −`history` everywhere.
-    pub fn new(scene: &Scene, wall: bool, history: i64) -> Self {
+    pub(crate) fn new(scene: &Scene, wall: bool, history: i64) -> Self {
         let users = usize::from(scene.session.users);
         let host = |_| Host {
             hand: Point::default(),
@@ -65,7 +65,7 @@ impl Simulation {
         simulation
     }
 
-    pub fn number(&mut self, name: Coordinate, steps_done: i64) -> &mut f64 {
+    pub(crate) fn number(&mut self, name: Coordinate, steps_done: i64) -> &mut f64 {
         match name {
             Coordinate::Own { host, part, quantity } => {
                 let host = &mut self.hosts[host.index()];
@@ -87,7 +87,7 @@ impl Simulation {
     }
 
     /// One pattern of ticks.
-    pub fn pattern(&mut self) {
+    pub(crate) fn pattern(&mut self) {
         for tick in 0..self.scene.schedule().ticks_per_pattern() {
             match self.scene.schedule().step_at(tick) {
                 Some(step) => self.network_step(tick, step as i64),
