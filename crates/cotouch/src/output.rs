@@ -18,11 +18,6 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Gives the command's answer.
-    pub(crate) fn answer<T: Serialize + Display>(&self, answer: &T) -> anyhow::Result<()> {
-        self.answer_as(answer, &answer.to_string())
-    }
-
     /// Gives the command's answer, `text` being what people read.
     pub(crate) fn answer_as(&self, answer: &impl Serialize, text: &str) -> anyhow::Result<()> {
         let shown = self.shown(answer, text)?;

@@ -17,7 +17,7 @@ use cotouch_scene::{Override, load};
 const STEP: f64 = 1e-4;
 
 /// `single-axis` with overrides; hands that do nothing of their own accord.
-pub fn scene(settings: &[&str]) -> Scene {
+pub(crate) fn scene(settings: &[&str]) -> Scene {
     let centralized = settings.iter().any(|setting| setting.ends_with("=centralized"));
     let name = if centralized { "single-axis-centralized" } else { "single-axis" };
     let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
@@ -30,21 +30,21 @@ pub fn scene(settings: &[&str]) -> Scene {
 }
 
 /// The analysis's map of the scene's only contact mode.
-pub fn lifted(scene: &Scene) -> LiftedMap {
+pub(crate) fn lifted(scene: &Scene) -> LiftedMap {
     let modes = cotouch_analysis::compile::compile(scene);
     assert_eq!(modes.len(), 1, "a linear scene has one contact mode");
     modes[0].spec.lift().unwrap()
 }
 
 /// A session at rest, with soft start and fading behind it, at an instant where the pattern begins.
-pub struct Probe {
+pub(crate) struct Probe {
     session: VirtualSession<SimulatedHand>,
     tick: u64,
     ticks_per_pattern: u64,
 }
 
 impl Probe {
-    pub fn at_rest(scene: &Scene) -> Self {
+    pub(crate) fn at_rest(scene: &Scene) -> Self {
         let mut session = VirtualSession::new(scene, |host| {
             Station::new(scene, host, SimulatedHand::of_scene(scene, host).unwrap(), None)
         });
@@ -56,14 +56,14 @@ impl Probe {
     }
 
     /// One column of the map by a central difference.
-    pub fn column(&mut self, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
+    pub(crate) fn column(&mut self, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
         let above = self.run_moved(moved, STEP, coordinates);
         let below = self.run_moved(moved, -STEP, coordinates);
         above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * STEP)).collect()
     }
 
     /// Moves every hand by another share of `by_m`, m: two that moved alike would hide how they swing against each other.
-    pub fn move_hands(&mut self, by_m: f64) {
+    pub(crate) fn move_hands(&mut self, by_m: f64) {
         for index in 0..self.session.hosts().len() {
             let share = by_m * (-0.6_f64).powi(index as i32);
             let host = HostIndex(index as u8);
@@ -72,7 +72,7 @@ impl Probe {
     }
 
     /// Runs one pattern. Where everything that moves is then and how fast, along the axis: hands, then objects.
-    pub fn run_pattern(&mut self) -> Vec<(f64, f64)> {
+    pub(crate) fn run_pattern(&mut self) -> Vec<(f64, f64)> {
         self.tick += self.ticks_per_pattern;
         self.session.run_to_tick(self.tick, |host, record| assert_nothing_acted(host, record));
         let hosts = || self.session.hosts().iter().map(|host| &host.station);
