@@ -91,7 +91,7 @@ fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     paced(|_| {
         let step = scene.rates.network_hz.last_tick_at(map.session(clock::now()));
         for (_, port) in &mut ends {
-            while port.next().is_some() {
+            while port.take_inbound().is_some() {
                 received += 1;
             }
             port.leave(None, packet(step));

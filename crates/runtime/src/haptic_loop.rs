@@ -196,7 +196,7 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
     if let Some(packet) = host.station.begin(tick) {
         host.port.leave(None, packet);
     }
-    while let Some(inbound) = host.port.next() {
+    while let Some(inbound) = host.port.take_inbound() {
         match inbound {
             Inbound::State { from, packet } => host.station.receive(from, &packet),
             Inbound::Presence { peer, present } => host.station.set_present(peer, present),

@@ -28,6 +28,7 @@ const QUEUE: usize = 256;
 const NAP: Duration = Duration::from_millis(20);
 
 /// What the network tells the haptic thread.
+#[expect(clippy::large_enum_variant, reason = "nearly all are states, and a box would be an allocation")]
 #[derive(Clone, Debug)]
 pub enum Inbound {
     /// A state packet arrived.
@@ -66,7 +67,7 @@ pub struct HapticPort {
 
 impl HapticPort {
     /// The next thing that the network has to tell. No lock, no allocation.
-    pub fn next(&mut self) -> Option<Inbound> {
+    pub fn take_inbound(&mut self) -> Option<Inbound> {
         self.inbound.pop().ok()
     }
 
@@ -304,9 +305,8 @@ impl Protocol {
     fn take(&mut self, event: Event, dropped: &AtomicU64) {
         match event {
             Event::State { from, packet, .. } => {
-                if self.inbound.push(Inbound::State { from, packet }).is_err() {
-                    dropped.fetch_add(1, Ordering::Relaxed);
-                }
+                let lost = self.inbound.push(Inbound::State { from, packet }).is_err();
+                dropped.fetch_add(u64::from(lost), Ordering::Relaxed);
             }
             Event::PeerJoined { host, .. } | Event::PeerReturned { host, .. } => self.presence(host, true),
             Event::PeerLeft { host, .. } | Event::PeerLost { host, .. } => self.presence(host, false),

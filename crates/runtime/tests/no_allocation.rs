@@ -135,7 +135,7 @@ fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let counted = allocations(|| {
         for _ in 0..1000 {
             port.clock();
-            while port.next().is_some() {}
+            while port.take_inbound().is_some() {}
             port.leave(None, packet.clone());
             port.leave(Some(HostIndex(1)), packet.clone());
             port.wake_sender();

@@ -19,6 +19,7 @@ use cotouch_runtime::session_handle::SessionHandle;
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
+use glam::DVec3;
 use sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene};
 
 fn real_scene(architecture: &str, settings: &[&str]) -> Scene {
@@ -181,6 +182,14 @@ impl Device for Dozing {
 
     fn limits(&self) -> DeviceLimits {
         self.hand.limits()
+    }
+
+    fn start(&mut self, tick: u64) {
+        self.hand.start(tick);
+    }
+
+    fn recentre(&mut self, position: DVec3) {
+        self.hand.recentre(position);
     }
 
     fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
