@@ -31,12 +31,13 @@ pub(super) struct Flags {
 
 const EXAMPLES: &str = "\
 Examples:
-  cotouch                                            run `single-axis` for 10 s, watch it on http://127.0.0.1:7700
-  cotouch run single-axis --virtual                  the same in simulated time: deterministic, and done in no time
-  cotouch analyze stability single-axis              only say whether it is stable
+  cotouch                           run `single-axis` for 10 s; watch it on http://127.0.0.1:7700
+  cotouch run --virtual             the same in simulated time: deterministic and quick
+  cotouch analyze stability         only say whether it is stable
   cotouch run --set coupling.remote_hand_object.stiffness_n_per_m=4000
-                                                     a loop that the analysis calls unstable
-  cotouch scene show single-axis > mine.toml         a scene to change; then: cotouch run mine.toml
+                                    a loop that the analysis calls unstable
+  cotouch scene show single-axis > mine.toml
+                                    a scene to change; then: cotouch run mine.toml
 
 Exit status: 0 done; 1 a negative verdict, or a failure while running; 2 bad usage or an invalid scene.
 Units are SI and stand in the names of keys: stiffness_n_per_m is in N/m.";
@@ -157,7 +158,7 @@ struct RunFlags {
     #[arg(long = "virtual", conflicts_with = "serve")]
     in_virtual_time: bool,
     /// How long, s of session time [default: 10]; Ctrl-C ends it earlier
-    #[arg(long, value_name = "S", value_parser = duration)]
+    #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     #[command(flatten)]
     shared: SharedFlags,
@@ -169,7 +170,7 @@ struct HostFlags {
     #[arg(long)]
     headless: bool,
     /// How long, s of session time [default: until Ctrl-C or the end of the session]
-    #[arg(long, value_name = "S", value_parser = duration)]
+    #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     #[command(flatten)]
     shared: SharedFlags,
@@ -202,7 +203,7 @@ struct ProbeFlags {
     #[arg(long, value_name = "HZ", default_value = "128")]
     rate: Rate,
     /// How long, s; with --sweep, for each rate
-    #[arg(long, value_name = "S", default_value = "10", value_parser = duration)]
+    #[arg(long, value_name = "S", default_value = "10", value_parser = duration, allow_negative_numbers = true)]
     duration: f64,
     /// Also look for the largest rate with less than 0.1 % lost, from --rate upwards
     #[arg(long)]

@@ -108,7 +108,16 @@ mod tests {
 
     #[test]
     fn a_run_reads_well() {
-        insta::assert_snapshot!(text(&summary()), @"");
+        insta::assert_snapshot!(text(&summary()), @r"
+        stable, as predicted
+
+        duration   10.00 s on 2 hosts
+        ticks      20479 of 20480 due, 1 missed
+        late       3.2 µs median, 40.0 µs p99, 120.5 µs p99.9, 980.0 µs at most
+        network    2560 sent, 2560 received, 0 lost
+        anna       peak force 0.00 N, energy 0.0000 J
+        ben        peak force 0.00 N, energy 0.0000 J
+        ");
     }
 
     #[test]
