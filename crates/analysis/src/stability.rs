@@ -85,10 +85,23 @@ pub enum AnalysisError {
     /// The loop's description is inconsistent.
     #[error(transparent)]
     Spec(#[from] SpecError),
+    /// Too much to compute.
+    #[error(
+        "the loop has {states} states and a pattern of {ticks} ticks; at most {MOST_WORK:.0e} state·state·ticks are analysed: choose rates whose ratio is simpler, fewer users or a shorter delay"
+    )]
+    TooLarge {
+        /// n.
+        states: usize,
+        /// p.
+        ticks: u64,
+    },
     /// No eigenvalues.
     #[error(transparent)]
     Eigenvalues(#[from] EigenvalueError),
 }
+
+/// States squared times ticks of a pattern: some seconds of work.
+const MOST_WORK: f64 = 1e9;
 
 /// Analyses every contact mode of a scene.
 ///
@@ -127,6 +140,10 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
     check(spec)?;
     let layout = Layout::new(spec, Registers::Shared);
+    let (states, ticks) = (layout.coordinates.len(), spec.schedule.ticks_per_pattern());
+    if (states * states) as f64 * ticks as f64 > MOST_WORK {
+        return Err(AnalysisError::TooLarge { states, ticks });
+    }
     let matrix = stepping::lift(spec, &layout).matrix;
     let structure = Structure::new(spec, &layout);
     let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());

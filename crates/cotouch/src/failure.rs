@@ -44,11 +44,24 @@ impl Failure {
                 ExitCode::from(2)
             }
             Self::Running(error) => {
-                eprintln!("error: {error:#}");
+                eprintln!("error: {}", in_one_sentence(error));
                 ExitCode::from(1)
             }
         }
     }
+}
+
+/// The error and its causes, each said once: many errors of libraries say their cause themselves.
+fn in_one_sentence(error: &anyhow::Error) -> String {
+    error.chain().map(ToString::to_string).fold(String::new(), |said, cause| {
+        if said.is_empty() {
+            cause
+        } else if said.contains(&cause) {
+            said
+        } else {
+            format!("{said}: {cause}")
+        }
+    })
 }
 
 impl From<anyhow::Error> for Failure {

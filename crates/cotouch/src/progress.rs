@@ -52,15 +52,13 @@ impl Drop for Progress {
 pub(crate) struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Set by Ctrl-C, by SIGTERM and by SIGHUP from now on. A second Ctrl-C ends the program at once.
+    /// Set by Ctrl-C, by SIGTERM and by SIGHUP from now on; the program then ends in order.
     pub(crate) fn on_interrupt() -> anyhow::Result<Self> {
         let stop = Self::default();
         let flag = Arc::clone(&stop.0);
-        let set = move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(130);
-            }
-        };
+        // The first signal releases the hands and closes the recording. Others are ignored: they often come in pairs,
+        // and a session that is being released must not be cut off.
+        let set = move || flag.store(true, Ordering::Relaxed);
         ctrlc::set_handler(set).context("Ctrl-C cannot be listened to")?;
         Ok(stop)
     }

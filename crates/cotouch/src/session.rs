@@ -72,6 +72,9 @@ fn options(plan: &Plan) -> RealTimeOptions {
     }
 }
 
+/// A server that is gone for so many looks does not come back as the same session.
+const LOOKS_FOR_THE_SERVER: u32 = 60;
+
 /// Shows the session until it ends or `stop` is set, and says what happened.
 pub(crate) fn watch(
     handle: SessionHandle,
@@ -84,7 +87,17 @@ pub(crate) fn watch(
     let viewer = plan.viewer.and_then(|address| start_viewer(&handle, predicted, address, output));
     let progress = plan.duration_s.map(|_| Progress::new("running"));
     let mut warned = false;
+    let is_whole = handle.hosts().len() == usize::from(handle.scene().session.users);
+    let mut looks_without_server = 0;
     while !handle.has_ended() {
+        if !is_whole {
+            handle.take_news().iter().for_each(|news| eprintln!("note: {news}"));
+        }
+        looks_without_server = if handle.has_lost_the_server() { looks_without_server + 1 } else { 0 };
+        if looks_without_server == LOOKS_FOR_THE_SERVER {
+            eprintln!("note: the server has not come back; this host lets go and ends");
+            handle.stop();
+        }
         if stop.is_set() {
             handle.stop();
         }
@@ -145,5 +158,7 @@ pub(crate) fn trace_of(scene: &Scene, recording: &Path) -> anyhow::Result<Trace>
 /// Re-simulates a recording and compares it byte for byte.
 pub(crate) fn replay(file: &Path) -> anyhow::Result<Replayed> {
     let progress = Progress::unmeasured("replaying");
-    Ok(replay::replay(RecordingReader::open(file)?, |ticks| progress.count(ticks))?)
+    let name = || file.display().to_string();
+    let recording = RecordingReader::open(file).with_context(name)?;
+    replay::replay(recording, |ticks| progress.count(ticks)).with_context(name)
 }

@@ -165,6 +165,19 @@ impl Governor {
         GovernorOutput { commanded, acted: causes | acted | slewed }
     }
 
+    /// The share of the force that the present phase lets through: 1 when open, 0 when released, in between while
+    /// forces fade in or out.
+    #[must_use]
+    pub fn gain(&self, state: &GovernorState) -> f64 {
+        let share = |ticks: u32, all: u32| smooth_step((f64::from(ticks) / f64::from(all.max(1))).min(1.0));
+        match state.phase {
+            Phase::SoftStart { ticks } => share(ticks, self.soft_start_ticks),
+            Phase::Open => 1.0,
+            Phase::Releasing { ticks, .. } => 1.0 - share(ticks, self.release_ticks),
+            Phase::Released => 0.0,
+        }
+    }
+
     /// Whether a device that was last written at `written` has gone without for longer than `watchdog_s`. Whoever
     /// finds that, outside the loop that died, goes on calling [`govern`](Self::govern) with `stop` set, once a
     /// period, and writes what comes out until [`GovernorState::is_released`].

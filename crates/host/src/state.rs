@@ -33,6 +33,8 @@ pub struct PeerState {
     pub present: bool,
     /// How far its coupling has faded in, 0 to 1.
     pub fade: f64,
+    /// Set from when it went until its coupling has faded out: a return waits for that, so that nothing jumps.
+    pub going: bool,
     /// Its samples: the one in use and those that wait.
     pub samples: PlayOutBuffer,
 }
@@ -44,6 +46,7 @@ impl HostState {
         let peer = |from: HostIndex| PeerState {
             present: false,
             fade: 0.0,
+            going: false,
             samples: PlayOutBuffer::new(model.play_out, model.play_out_periods[from.index()]),
         };
         Self {

@@ -78,7 +78,7 @@ impl HostModel {
 
     /// Takes a packet that arrived; it waits for its play-out. No allocation, bounded work.
     pub fn receive(&self, state: &mut HostState, from: HostIndex, packet: &StatePacket) {
-        if let Some(peer) = state.peers.get_mut(from.index()) {
+        if let Some(peer) = state.peers.get_mut(from.index()).filter(|peer| !peer.going) {
             peer.samples.insert(packet.clone());
         }
     }
@@ -163,10 +163,11 @@ impl HostModel {
 
     fn fade(&self, peer: &mut PeerState) {
         // A coupling needs a sample to be coupled to; from then on it fades in, and out again when the peer is gone.
-        let rises = peer.present && peer.samples.held().is_some();
+        let rises = peer.present && !peer.going && peer.samples.held().is_some();
         let change = if rises { self.fade_per_tick } else { -self.fade_per_tick };
         peer.fade = (peer.fade + change).clamp(0.0, 1.0);
-        if !peer.present && peer.fade == 0.0 && peer.samples.held().is_some() {
+        if peer.going && peer.fade == 0.0 {
+            peer.going = false;
             peer.samples.restart();
         }
     }
@@ -190,6 +191,7 @@ impl HostState {
     /// Takes note that a peer is there, or is not any more; its coupling fades.
     pub fn set_present(&mut self, peer: HostIndex, present: bool) {
         if let Some(peer) = self.peers.get_mut(peer.index()) {
+            peer.going |= peer.present && !present;
             peer.present = present;
         }
     }

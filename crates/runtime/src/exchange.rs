@@ -76,35 +76,42 @@ impl RecordProducer {
         self.dropped.load(Ordering::Relaxed)
     }
 
-    fn note_dropped(&mut self, next: &RecordItem) {
-        let note = RecordKind::Note(Note::Dropped { items: self.unnoted });
-        if self.push(&RecordItem { host: next.host, tick: next.tick, kind: note }) {
-            self.unnoted = 0;
+    /// Pushes the items that come next, all of them or none.
+    fn push(&mut self, items: &[&RecordItem]) -> bool {
+        let mut end = 0;
+        for item in items {
+            match frame(item, &mut self.scratch[end..]) {
+                Some(length) => end += length,
+                None => return false,
+            }
         }
-    }
-
-    fn push(&mut self, item: &RecordItem) -> bool {
-        let (prefix, body) = self.scratch.split_at_mut(LENGTH_BYTES.min(self.scratch.len()));
-        let Ok(body) = postcard::to_slice(item, body) else { return false };
-        let Ok(length) = u32::try_from(body.len()) else { return false };
-        prefix.copy_from_slice(&length.to_le_bytes());
-        let frame = LENGTH_BYTES + body.len();
-        self.ring.push_entire_slice(&self.scratch[..frame]).is_ok()
+        self.ring.push_entire_slice(&self.scratch[..end]).is_ok()
     }
 }
 
 impl RecordSink for RecordProducer {
     /// No allocation, no lock, no system call; two copies of the item's bytes.
     fn record(&mut self, item: &RecordItem) {
-        if self.unnoted > 0 {
-            self.note_dropped(item);
-        }
-        // Behind a gap that is not noted yet nothing may follow, or the gap would seem to lie elsewhere.
-        if self.unnoted > 0 || !self.push(item) {
+        // Behind a gap nothing may follow without a note, or the gap would seem to lie elsewhere; and a note without
+        // the item behind it would fill the ring with notes.
+        let note = RecordKind::Note(Note::Dropped { items: self.unnoted });
+        let note = RecordItem { host: item.host, tick: item.tick, kind: note };
+        let pushed = if self.unnoted > 0 { self.push(&[&note, item]) } else { self.push(&[item]) };
+        if pushed {
+            self.unnoted = 0;
+        } else {
             self.unnoted += 1;
             self.dropped.fetch_add(1, Ordering::Relaxed);
         }
     }
+}
+
+/// Writes an item's length and encoding at the start of `out`, and says how many bytes that took.
+fn frame(item: &RecordItem, out: &mut [u8]) -> Option<usize> {
+    let (prefix, body) = out.split_at_mut_checked(LENGTH_BYTES)?;
+    let body = postcard::to_slice(item, body).ok()?;
+    prefix.copy_from_slice(&u32::try_from(body.len()).ok()?.to_le_bytes());
+    Some(LENGTH_BYTES + body.len())
 }
 
 /// The recorder thread's end.
@@ -153,12 +160,12 @@ impl RecordConsumer {
     fn remember(&mut self, item: &RecordItem) {
         self.last_tick = item.tick;
         if let RecordKind::Note(Note::Dropped { items }) = item.kind {
-            self.noted += items;
+            self.noted = self.noted.saturating_add(items);
         }
     }
 
     fn note_of_the_last_gap(&self) -> RecordItem {
-        let kind = RecordKind::Note(Note::Dropped { items: self.dropped() - self.noted });
+        let kind = RecordKind::Note(Note::Dropped { items: self.dropped().saturating_sub(self.noted) });
         RecordItem { host: self.host, tick: self.last_tick, kind }
     }
 

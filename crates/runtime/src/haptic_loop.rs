@@ -128,7 +128,12 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
     let mut next_snapshot_ns = 0;
     let mut next_verdict_ns = FIRST_VERDICT_NS;
     loop {
-        let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else { continue };
+        let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else {
+            if control.stop.load(Ordering::Relaxed) && hosts[0].port.clock().is_none() {
+                break;
+            }
+            continue;
+        };
         let releasing = due >= last || control.stop.load(Ordering::Relaxed);
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
@@ -179,7 +184,11 @@ fn verdict(hosts: &[HapticHost]) -> u8 {
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it
 /// is, ns; `None` when it is not yet time.
 fn wait_for_tick(port: &mut HapticPort, rate: Rate, tick: u64) -> Option<(u64, i64)> {
-    let map: ClockMap = port.clock()?;
+    let Some(map): Option<ClockMap> = port.clock() else {
+        // The session's clock is gone; look again without keeping the processor.
+        clock::sleep_towards(clock::now().plus_ns(1_000_000));
+        return None;
+    };
     let instant = map.local(rate.instant(tick));
     let now = clock::sleep_towards(instant);
     if now < instant {
@@ -192,7 +201,6 @@ fn wait_for_tick(port: &mut HapticPort, rate: Rate, tick: u64) -> Option<(u64, i
 /// One tick of one host. No allocation, no lock, no system call besides the device and the clock.
 fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -> TickRecord {
     let began = clock::now();
-    host.timing.missed += skipped;
     if let Some(packet) = host.station.begin(tick) {
         host.port.leave(None, packet);
     }
@@ -205,7 +213,10 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
     let port = &mut host.port;
     host.station.respond(|client, packet| port.leave(Some(client), packet.clone()));
     let record = host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
-    host.timing.observe(&record);
+    if !host.station.state.releasing {
+        host.timing.missed += skipped;
+        host.timing.observe(&record);
+    }
     record
 }
 

@@ -94,7 +94,9 @@ pub enum StartError {
 pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
     let mut scene = scene.clone();
     if scene.link.play_out == PlayOut::OnArrival {
-        return (scene, None);
+        let note = "with play_out = \"on-arrival\" the network's own latency is a part of the loop, which the analysis \
+                    does not know; it takes the latency_s of --impair, and 0 without it";
+        return (scene, Some(note.to_owned()));
     }
     let asked = scene.link.delay_periods;
     match scene.session.architecture {

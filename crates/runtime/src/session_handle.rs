@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use cotouch_net::session::Presence;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -84,14 +85,32 @@ impl SessionHandle {
         self.lock().iter().map(|local| local.host).collect()
     }
 
+    /// What has happened since the last call that a person wants to know (who came, who went), in words.
+    #[must_use]
+    pub fn take_news(&self) -> Vec<String> {
+        self.lock().iter().flat_map(|local| local.transport.take_news()).collect()
+    }
+
+    /// Whether this process has joined a session whose first host, which keeps its clock, is not there any more.
+    #[must_use]
+    pub fn has_lost_the_server(&self) -> bool {
+        self.lock().iter().any(|local| {
+            local.host != HostIndex::FIRST
+                && local.transport.with_endpoint(|endpoint| {
+                    endpoint
+                        .peers()
+                        .any(|peer| peer.host == HostIndex::FIRST && peer.presence != Presence::Present)
+                })
+        })
+    }
+
     /// Which other hosts take part right now, as the first host of this process sees it.
     #[must_use]
     pub fn present_peers(&self) -> Vec<String> {
         let locals = self.lock();
         let Some(local) = locals.first() else { return Vec::new() };
         local.transport.with_endpoint(|endpoint| {
-            let present =
-                endpoint.peers().filter(|peer| peer.presence == cotouch_net::session::Presence::Present);
+            let present = endpoint.peers().filter(|peer| peer.presence == Presence::Present);
             present.map(|peer| peer.name).collect()
         })
     }
@@ -107,9 +126,8 @@ impl SessionHandle {
             host.links = local.transport.with_endpoint(|endpoint| {
                 let links = local.host.others(users).filter_map(|peer| {
                     let statistics = endpoint.statistics(peer)?;
-                    let is_present = endpoint.peers().any(|info| {
-                        info.host == peer && info.presence == cotouch_net::session::Presence::Present
-                    });
+                    let is_present =
+                        endpoint.peers().any(|info| info.host == peer && info.presence == Presence::Present);
                     Some(link_snapshot(peer, is_present, &statistics))
                 });
                 links.collect()

@@ -9,7 +9,7 @@
 use cotouch_device::acted::LimitWatch;
 use cotouch_device::device::Device;
 use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput, GovernorState, Phase};
+use cotouch_device::governor::{Governor, GovernorInput, GovernorState};
 use cotouch_host::model::{HostModel, Role};
 use cotouch_host::state::HostState;
 use cotouch_host::step::TickOutput;
@@ -218,7 +218,7 @@ impl<D: Device> Station<D> {
                 requested: output.device,
                 reading,
                 stop: self.state.releasing || output.diverged || skipped > self.watchdog_ticks,
-                link_ok: true,
+                link_ok: self.model.role != Role::Client || self.state.host.peers[0].present,
                 fresh: !device_failed,
             },
         );
@@ -264,7 +264,7 @@ impl<D: Device> Station<D> {
             requested: output.device,
             commanded,
             governor_acted,
-            governor_gain: gain(&self.state.governor),
+            governor_gain: self.governor.gain(&self.state.governor),
             energy_j: self.state.port.energy_j(),
             touches_wall: output.touches_wall,
             diverged: output.diverged,
@@ -296,13 +296,5 @@ impl<D: Device> Station<D> {
         if let Some(sink) = &mut self.sink {
             sink.record(&RecordItem { host: self.model.host, tick: self.instant.tick, kind: kind() });
         }
-    }
-}
-
-fn gain(governor: &GovernorState) -> f64 {
-    match governor.phase {
-        Phase::Open => 1.0,
-        Phase::Released => 0.0,
-        Phase::SoftStart { .. } | Phase::Releasing { .. } => 0.5,
     }
 }

@@ -56,7 +56,7 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.objects = runs.first().map(object).into_iter().collect();
     for run in runs {
         if let Some(user) = summary.users_detail.get_mut(run.host.index()) {
-            (user.peak_force_n, user.energy_j) = (run.peak_force_n, run.energy_j);
+            (user.peak_force_n, user.energy_j) = (Some(run.peak_force_n), Some(run.energy_j));
         }
     }
     summary

@@ -24,6 +24,8 @@ use crate::priority::HELPER_STACK_BYTES;
 
 /// State packets that may wait for the haptic thread, and for the sender.
 const QUEUE: usize = 256;
+/// News that wait to be taken.
+const MOST_NEWS: usize = 64;
 /// The longest that either thread sleeps, so that it sees a stop and a changed timer.
 const NAP: Duration = Duration::from_millis(20);
 
@@ -113,6 +115,8 @@ struct Protocol {
     clock: triple_buffer::Input<Option<ClockMap>>,
     refusal: Option<String>,
     joined: bool,
+    /// What a person wants to know, in words; the oldest go first when nobody takes them.
+    news: VecDeque<String>,
 }
 
 impl Transport {
@@ -137,6 +141,7 @@ impl Transport {
             clock: clock_in,
             refusal: None,
             joined: false,
+            news: VecDeque::new(),
         };
         let shared = Arc::new(Shared {
             socket,
@@ -169,6 +174,12 @@ impl Transport {
     #[must_use]
     pub fn refusal(&self) -> Option<String> {
         self.shared.lock().refusal.clone()
+    }
+
+    /// What has happened since the last call that a person wants to know, in words.
+    #[must_use]
+    pub fn take_news(&self) -> Vec<String> {
+        self.shared.lock().news.drain(..).collect()
     }
 
     /// Whether the session has taken this host in.
@@ -308,16 +319,46 @@ impl Protocol {
                 let lost = self.inbound.push(Inbound::State { from, packet }).is_err();
                 dropped.fetch_add(u64::from(lost), Ordering::Relaxed);
             }
-            Event::PeerJoined { host, .. } | Event::PeerReturned { host, .. } => self.presence(host, true),
-            Event::PeerLeft { host, .. } | Event::PeerLost { host, .. } => self.presence(host, false),
+            Event::PeerJoined { host, name } => self.presence(host, true, format!("{name} is here")),
+            Event::PeerReturned { host, .. } => {
+                let name = self.name_of(host);
+                self.presence(host, true, format!("{name} is back"));
+            }
+            Event::PeerLeft { host, reason } => {
+                let name = self.name_of(host);
+                self.presence(host, false, format!("{name} has left: {reason}"));
+            }
+            Event::PeerLost { host } => {
+                let name = self.name_of(host);
+                self.presence(host, false, format!("{name} is lost: nothing is heard any more"));
+            }
             Event::Refused(reason) => self.refusal = Some(reason.to_string()),
-            Event::Welcome { .. } => self.joined = true,
+            Event::Welcome { name, .. } => {
+                self.joined = true;
+                self.tell(format!("you are {name}"));
+            }
             _ => {}
         }
     }
 
-    fn presence(&mut self, peer: HostIndex, present: bool) {
+    fn presence(&mut self, peer: HostIndex, present: bool, news: String) {
+        self.tell(news);
+        // Only the last word on a peer counts, so that this does not grow while the haptic thread stands still.
+        self.pending
+            .retain(|waiting| !matches!(waiting, Inbound::Presence { peer: other, .. } if *other == peer));
         self.pending.push_back(Inbound::Presence { peer, present });
+    }
+
+    fn name_of(&self, host: HostIndex) -> String {
+        let peer = self.endpoint.peers().find(|peer| peer.host == host);
+        peer.map_or_else(|| host.to_string(), |peer| peer.name)
+    }
+
+    fn tell(&mut self, news: String) {
+        if self.news.len() == MOST_NEWS {
+            self.news.pop_front();
+        }
+        self.news.push_back(news);
     }
 
     fn retry_pending(&mut self) {

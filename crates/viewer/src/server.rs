@@ -24,7 +24,7 @@ const MOST_BROWSERS: usize = 32;
 #[derive(Debug, thiserror::Error)]
 pub enum ViewerError {
     /// Something else uses the address.
-    #[error("no viewer: {address} is taken; name a free one with --viewer ADDR, or none with --headless")]
+    #[error("no viewer: {address} is taken; name a free one with --serve ADDR, or none with --headless")]
     Taken {
         /// The address that was asked for.
         address: SocketAddr,

@@ -26,7 +26,9 @@ pub(super) fn text(summary: &Summary) -> String {
         row(&object.name, format!("at ({x:.1}, {y:.1}, {z:.1}) mm"));
     }
     for user in &summary.users_detail {
-        row(&user.name, format!("peak force {:.2} N, energy {:.4} J", user.peak_force_n, user.energy_j));
+        if let (Some(peak_force_n), Some(energy_j)) = (user.peak_force_n, user.energy_j) {
+            row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J"));
+        }
     }
     if let Some(file) = &summary.recording {
         row("recording", file.clone());

@@ -31,8 +31,8 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         return conclude(&scene, summary, Some(predicted), &plan, output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
-    let predicted = predict(&scene, output)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
+    let predicted = predict(&on_this_network(&scene, &plan), output)?;
     let handle = session::start_local(&scene, &plan)?;
     finish(&scene, handle, predicted, &plan, &stop, output)
 }
@@ -47,8 +47,12 @@ pub(super) fn serve(
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     let scene = load_realisable(scene, overrides)?;
-    let predicted = predict(&scene, output)?;
     let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
+    let predicted = predict(&on_this_network(&scene, &plan), output)?;
+    output.say(format_args!(
+        "the prediction is for all {} users; the loops are others while some are absent",
+        scene.session.users
+    ));
     warn_about_the_network(listen);
     let handle = session::start_serving(&scene, listen, &plan)?;
     output.say(format_args!("others join with: cotouch join {listen}"));
@@ -67,7 +71,7 @@ pub(super) fn join(
     warn_about_the_network(server);
     let plan = plan(host, "joined", impairment(&host.impair)?)?;
     let (scene, handle) = session::start_joining(server, user, &plan)?;
-    let predicted = predict(&scene, output)?;
+    let predicted = predict(&on_this_network(&scene, &plan), output)?;
     finish(&scene, handle, predicted, &plan, &stop, output)
 }
 
@@ -81,6 +85,15 @@ fn finish(
 ) -> Result<Verdict, Failure> {
     let summary = session::watch(handle, Some(predicted), plan, stop, output)?;
     conclude(scene, summary, Some(predicted), plan, output)
+}
+
+/// The scene with the impairment that a session on real sockets meets: none that the scene simulates, but the one that
+/// was asked for.
+fn on_this_network(scene: &Scene, plan: &Plan) -> Scene {
+    let mut scene = scene.clone();
+    scene.link.ways.clear();
+    scene.link.impairment = plan.impairment.clone().unwrap_or(Impairment::NONE);
+    scene
 }
 
 /// The scene as a real network can play it.

@@ -74,7 +74,7 @@ impl Probe {
     /// Runs one pattern. Where everything that moves is then and how fast, along the axis: hands, then objects.
     pub(crate) fn run_pattern(&mut self) -> Vec<(f64, f64)> {
         self.tick += self.ticks_per_pattern;
-        self.session.run_to_tick(self.tick, |host, record| assert_nothing_acted(host, record));
+        self.session.run_to_tick(self.tick, assert_nothing_acted);
         let hosts = || self.session.hosts().iter().map(|host| &host.station);
         let hands = hosts().map(|station| {
             let hand = station.device.state();
@@ -92,13 +92,13 @@ impl Probe {
         let at_rest = visit(&mut session, moved, self.tick, &mut |value| *value += by);
         assert!(at_rest, "{moved} is nowhere in the running session");
         let end = self.tick + self.ticks_per_pattern;
-        session.run_to_tick(end, |host, record| assert_nothing_acted(host, record));
-        let mut read = |coordinate: &Coordinate| {
+        session.run_to_tick(end, assert_nothing_acted);
+        let read = |coordinate: &Coordinate| {
             let mut value = None;
             visit(&mut session, *coordinate, end, &mut |place| value = Some(*place));
             value.unwrap_or_else(|| panic!("{coordinate} is nowhere in the running session"))
         };
-        coordinates.iter().map(|coordinate| read(coordinate)).collect()
+        coordinates.iter().map(read).collect()
     }
 }
 
