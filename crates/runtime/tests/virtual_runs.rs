@@ -130,6 +130,6 @@ fn without_loss_every_packet_comes() {
         let least = 256 * if architecture == "distributed" { 6 } else { 4 };
         assert!(summary.network.sent >= least, "{architecture}: {}", summary.network.sent);
         assert!(summary.objects.len() == 1 && summary.users_detail.len() == 3);
-        assert!(summary.users_detail.iter().all(|user| user.peak_force_n > 0.0));
+        assert!(summary.users_detail.iter().all(|user| user.peak_force_n > Some(0.0)));
     }
 }
