@@ -61,8 +61,8 @@ impl Hand2Hand {
             }
         }
         let mut outputs = Vec::new();
-        for host in 0..users {
-            let output = self.models[host].tick(&mut self.states[host], tick, &readings[host]);
+        for (host, reading) in readings.iter().enumerate() {
+            let output = self.models[host].tick(&mut self.states[host], tick, reading);
             self.hands[host].write(output.device).unwrap();
             outputs.push(output);
         }

@@ -105,6 +105,7 @@ mod tests {
         summary.haptic.lateness_us =
             Percentiles { p50: Some(3.2), p99: Some(40.0), p999: Some(120.5), max: Some(980.0) };
         (summary.network.sent, summary.network.received) = (2560, 2560);
+        (summary.users_detail[0].peak_force_n, summary.users_detail[0].energy_j) = (Some(1.25), Some(0.5));
         summary
     }
 
@@ -117,8 +118,7 @@ mod tests {
         ticks      20479 of 20480 due, 1 missed
         late       3.2 µs median, 40.0 µs p99, 120.5 µs p99.9, 980.0 µs at most
         network    2560 sent, 2560 received, 0 lost
-        anna       peak force 0.00 N, energy 0.0000 J
-        ben        peak force 0.00 N, energy 0.0000 J
+        anna       peak force 1.25 N, energy 0.5000 J
         ");
     }
 
