@@ -139,3 +139,14 @@ fn without_loss_every_packet_comes() {
         assert!(summary.users_detail.iter().all(|user| user.peak_force_n > Some(0.0)));
     }
 }
+
+#[test]
+fn built_in_scenes_are_judged_stable_however_long_they_run() {
+    for name in cotouch_scene::builtin::names() {
+        let scene = cotouch_scene::load(name, &[]).unwrap();
+        for duration_s in [1.0, 2.5, 3.0, 4.0, 8.0, 21.0] {
+            let summary = virtual_run::run(&scene, duration_s, None, |_| true).unwrap();
+            assert!(summary.stable, "{name} {duration_s} s: {:?}", summary.instability);
+        }
+    }
+}
