@@ -5,7 +5,7 @@ use std::net::SocketAddr;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
-use super::peer::Peer;
+use super::peer::{PING_PERIOD_NS, Peer};
 use super::{Endpoint, Event, FARTHEST_FUTURE_NS, Phase, Presence, Role};
 use crate::clock::Exchange;
 use crate::message::{Control, Refusal};
@@ -210,14 +210,22 @@ impl Endpoint {
         }
     }
 
+    /// Before tick 0 there are no states to hear: pings alone must tell within the time-out, also over a bad link, that
+    /// a host is there.
+    fn ping_period_ns(&self, now: LocalTime) -> i64 {
+        let states_flow = self.clock().is_some_and(|clock| clock.session(now).0 >= 0);
+        if states_flow { PING_PERIOD_NS } else { PING_PERIOD_NS.min(self.config.peer_timeout_ns / 10) }
+    }
+
     pub(super) fn send_due_pings(&mut self, now: LocalTime) {
         let wants_clock = matches!(self.role, Role::Follower(_)) && !self.clock.is_agreed();
+        let period_ns = self.ping_period_ns(now);
         for index in 0..self.peers.len() {
             let peer = &mut self.peers[index];
             if peer.presence == Presence::Left || now < peer.next_ping {
                 continue;
             }
-            peer.note_ping(now, wants_clock && peer.host == HostIndex::FIRST);
+            peer.note_ping(now, wants_clock && peer.host == HostIndex::FIRST, period_ns);
             let to = peer.address;
             let ping = Control::Ping { instance: self.instance, sent_ns: now.0, ready: self.announced.clock };
             self.send(to, &ping);

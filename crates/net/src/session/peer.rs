@@ -9,8 +9,8 @@ use cotouch_scene::time::LocalTime;
 use super::MILLISECOND;
 use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 
-/// Between pings of peers that are present: about 8 Hz.
-const PING_PERIOD_NS: i64 = 125 * MILLISECOND;
+/// Between pings of peers that are present and send states too: about 8 Hz.
+pub(super) const PING_PERIOD_NS: i64 = 125 * MILLISECOND;
 /// Between pings while the clock is not agreed upon.
 const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
 /// Pings that may wait for their answers: 2 s of round trip.
@@ -148,15 +148,15 @@ impl Peer {
         [Some(self.next_ping), silence, roster].into_iter().flatten().min()
     }
 
-    /// A ping goes out.
-    pub(super) fn note_ping(&mut self, now: LocalTime, in_burst: bool) {
+    /// A ping goes out; while the peer is present, the next does after `period_ns`.
+    pub(super) fn note_ping(&mut self, now: LocalTime, in_burst: bool, period_ns: i64) {
         if self.open_pings.is_full() {
             self.open_pings.remove(0);
         }
         self.open_pings.push(now);
         let pause_ns = match self.presence {
             _ if in_burst && self.unanswered < LONGEST_BURST => BURST_PERIOD_NS,
-            Presence::Present => PING_PERIOD_NS,
+            Presence::Present => period_ns,
             _ => Backoff::pause_after(self.unanswered),
         };
         self.unanswered = self.unanswered.saturating_add(1);
