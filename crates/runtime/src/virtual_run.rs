@@ -69,8 +69,8 @@ pub fn run(
             break;
         }
     }
+    let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(scene, &session));
     release(&mut session, tick, rate.hz());
-    let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(scene, &session, tick));
     drop(session);
     if let (Some(recorder), Some(path)) = (recorder.and_then(Arc::into_inner), recording) {
         recorder.into_inner().unwrap_or_else(PoisonError::into_inner).finish(facts(&summary))?;
@@ -107,11 +107,11 @@ fn release(session: &mut VirtualSession<SimulatedHand>, tick: u64, rate_hz: f64)
     }
 }
 
-fn runs(scene: &Scene, session: &VirtualSession<SimulatedHand>, ticks: u64) -> Vec<HostRun> {
+fn runs(scene: &Scene, session: &VirtualSession<SimulatedHand>) -> Vec<HostRun> {
     let run = |host: &crate::virtual_time::VirtualHost<SimulatedHand>| {
         let peers = host.station.model.host.others(scene.session.users);
         let links = peers.filter_map(|peer| host.endpoint.statistics(peer)).collect();
-        let timing = Timing { ticks, ..Timing::new() };
+        let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };
         HostRun::new(&host.station, timing, links)
     };
     session.hosts().iter().map(run).collect()

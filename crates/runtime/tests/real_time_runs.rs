@@ -224,7 +224,8 @@ fn a_slow_device_costs_ticks_that_are_recorded() {
         assert_replays(&path);
         let recording = Recording::open(&path).unwrap();
         if dropped(&recording) == 0 {
-            assert_eq!(skipped(&recording), summary.haptic.missed, "{architecture}");
+            // Ticks that the release left out are in the recording only.
+            assert!(skipped(&recording) >= summary.haptic.missed, "{architecture}");
         }
     }
 }

@@ -29,10 +29,13 @@ fn bad_scene(architecture: &str, more: &[&str]) -> Scene {
     scene(architecture, &[&BAD_LINK[..], more].concat())
 }
 
-/// Forces fade out after a run's end, which takes ticks that the recording has and the summary leaves out.
-fn ticks_with_release(scene: &Scene, summary: &Summary) -> u64 {
+/// Forces fade out after a run's end, which takes ticks that the recording has and the summary leaves out. All hosts
+/// go on until the last has let go; on a bad link their clocks differ by a tick or two.
+fn assert_ticks_and_release(scene: &Scene, summary: &Summary, recorded: u64) {
     let release = (scene.governor.release_s * scene.rates.control_hz.hz()).ceil() as u64;
-    summary.haptic.ticks + u64::from(summary.users) * release
+    let after_the_end = recorded - summary.haptic.ticks;
+    let users = u64::from(summary.users);
+    assert!((users * release..=users * (release + 3)).contains(&after_the_end), "{after_the_end}");
 }
 
 #[test]
@@ -52,7 +55,8 @@ fn the_same_scene_gives_the_same_bytes_and_replays() {
         let network = &summary.network;
         assert!(network.lost > 0 && network.received + network.lost <= network.sent, "{network:?}");
         let replayed = assert_replays(&first);
-        assert_eq!((replayed.comparison.ticks, replayed.skipped), (ticks_with_release(&scene, &summary), 0));
+        assert_eq!(replayed.skipped, 0);
+        assert_ticks_and_release(&scene, &summary, replayed.comparison.ticks);
         assert!(!replayed.ended_abruptly);
     }
 }
@@ -65,7 +69,7 @@ fn every_user_of_a_large_session_replays() {
         let play_out = format!("link.play_out={play_out}");
         let scene = bad_scene(architecture, &["session.users=5", &play_out, "session.coordination=average"]);
         let summary = run(&scene, &path);
-        assert_eq!(assert_replays(&path).comparison.ticks, ticks_with_release(&scene, &summary));
+        assert_ticks_and_release(&scene, &summary, assert_replays(&path).comparison.ticks);
     }
 }
 
