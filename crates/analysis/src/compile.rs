@@ -62,8 +62,8 @@ fn distributed(scene: &Scene, wall: bool) -> LoopSpec {
         spec.couple(hand, object, coupling.hand_object);
         for from in host.others(scene.session.users) {
             let (remote_hand, remote_object) = bodies[from.index()];
-            let held_hand = motion_line(&mut spec, scene, host, from, Part::Hand, remote_hand);
-            let held_object = motion_line(&mut spec, scene, host, from, Part::Object, remote_object);
+            let held_hand = motion_line(&mut spec, scene, host, from, Part::HAND, remote_hand);
+            let held_object = motion_line(&mut spec, scene, host, from, Part::OBJECT, remote_object);
             spec.pull(object, Motion::Held(held_hand), coupling.remote_hand_object);
             spec.pull(object, Motion::Held(held_object), object_object);
         }
@@ -82,7 +82,7 @@ fn centralized(scene: &Scene, wall: bool) -> LoopSpec {
     spec.couple(own_hand, object, coupling.hand_object);
     for client in server.others(scene.session.users) {
         let hand = hand(&mut spec, scene, client);
-        let held_hand = motion_line(&mut spec, scene, server, client, Part::Hand, hand);
+        let held_hand = motion_line(&mut spec, scene, server, client, Part::HAND, hand);
         spec.pull(object, Motion::Held(held_hand), coupling.remote_hand_object);
         let force = Coupling {
             spring: coupling.remote_hand_object,
@@ -92,7 +92,7 @@ fn centralized(scene: &Scene, wall: bool) -> LoopSpec {
         let held_force = spec.line(Line {
             host: client,
             from: server,
-            part: Part::Force,
+            part: Part::FORCE,
             signal: Signal::Force(force),
             delay: delay(scene, server, client),
         });
@@ -111,7 +111,7 @@ fn hand(spec: &mut LoopSpec, scene: &Scene, host: HostIndex) -> BodyId {
         damping_n_s_per_m: scene.hand.damping_n_s_per_m + tracking.map_or(0.0, |t| t.damping_n_s_per_m),
     };
     let dynamics = Dynamics::Plant(Plant::mass(scene.hand.mass_kg, to_ground));
-    let hand = spec.body(Body { states: motion_states(host, Part::Hand), dynamics });
+    let hand = spec.body(Body { states: motion_states(host, Part::HAND), dynamics });
     spec.pull(hand, Motion::Ground, damper(scene.governor.damping_n_s_per_m));
     hand
 }
@@ -119,7 +119,7 @@ fn hand(spec: &mut LoopSpec, scene: &Scene, host: HostIndex) -> BodyId {
 /// A copy of the object with its damping or compensation, and the wall where it touches.
 fn object(spec: &mut LoopSpec, scene: &Scene, host: HostIndex, wall: bool) -> BodyId {
     let dynamics = Dynamics::Mass { mass_kg: scene.object.mass_kg, integrator: scene.session.integrator };
-    let object = spec.body(Body { states: motion_states(host, Part::Object), dynamics });
+    let object = spec.body(Body { states: motion_states(host, Part::OBJECT), dynamics });
     spec.pull(object, Motion::Ground, damper(scene.object.damping_n_s_per_m));
     if wall {
         let spring = SpringDamper {

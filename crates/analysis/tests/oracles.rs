@@ -103,7 +103,7 @@ fn two_masses(pull: SpringDamper, brake_n_s_per_m: f64, delay_s: f64) -> LoopSpe
     let bodies = [0, 1].map(|index| {
         let host = HostIndex(index);
         let states =
-            [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own { host, part: Part::Hand, quantity });
+            [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own { host, part: Part::HAND, quantity });
         let dynamics = Dynamics::Plant(Plant::mass(MASS_KG, spring(0.0, brake_n_s_per_m)));
         spec.body(Body { states: states.to_vec(), dynamics })
     });
@@ -111,7 +111,7 @@ fn two_masses(pull: SpringDamper, brake_n_s_per_m: f64, delay_s: f64) -> LoopSpe
         let line = spec.line(Line {
             host: HostIndex(own as u8),
             from: HostIndex(other as u8),
-            part: Part::Hand,
+            part: Part::HAND,
             signal: Signal::Motion(bodies[other]),
             delay: Delay::OnArrival { transit_ticks: TICKS },
         });

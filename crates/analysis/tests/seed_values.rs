@@ -119,7 +119,7 @@ fn a_late_damper_has_its_closed_form_limit() {
             let (host, from) = (HostIndex(0), HostIndex(1));
             let states = [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own {
                 host,
-                part: Part::Hand,
+                part: Part::HAND,
                 quantity,
             });
             let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
@@ -127,7 +127,7 @@ fn a_late_damper_has_its_closed_form_limit() {
             let damper = spring(0.0, factor * limit * 0.1 * 128.0);
             let force = Coupling { spring: damper, end: Motion::Current(hand), anchor: Motion::Ground };
             let delay = Delay::Scheduled { periods: n, transit_ticks: 0 };
-            let line = spec.line(Line { host, from, part: Part::Force, signal: Signal::Force(force), delay });
+            let line = spec.line(Line { host, from, part: Part::FORCE, signal: Signal::Force(force), delay });
             spec.apply_held(hand, line);
             let verdict = analyze_loop(&spec).unwrap();
             assert_eq!(verdict.rigid_body_poles, 1);

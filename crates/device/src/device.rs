@@ -1,9 +1,17 @@
 //! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
 
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
 use glam::DVec3;
 
-/// An impedance device: it reports where its haptic interface point is and renders the wrench that it is given.
+/// What the user of a device can see: where the bodies of the own host's world are.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldView<'a> {
+    /// One pose a body, in the scene's order.
+    pub bodies: &'a [Pose],
+}
+
+/// An impedance device of one or more fingers: it reports where its haptic interface points are and renders the wrenches
+/// that it is given.
 ///
 /// One haptic tick is one [`read`](Self::read) followed by one [`write`](Self::write). For simulated devices both do
 /// bounded work and neither allocate nor lock; a driver says in its own documentation what it does besides its
@@ -12,7 +20,12 @@ pub trait Device: Send {
     /// What the device is called in messages and recordings.
     fn name(&self) -> &str;
 
-    /// What the device can render; constant.
+    /// How many fingers it has, 1 to [`MAX_FINGERS`](cotouch_scene::geometry::MAX_FINGERS); constant.
+    fn fingers(&self) -> usize {
+        1
+    }
+
+    /// What the device can render at each finger; constant.
     fn limits(&self) -> DeviceLimits;
 
     /// The first tick at this device will be `tick`. A device that simulates its user begins there.
@@ -20,28 +33,37 @@ pub trait Device: Send {
         let _ = tick;
     }
 
-    /// From now on, the present place of the haptic interface point is `position` (m, world): the frame of the device
-    /// is moved, not the device. For a user who comes to a world that has moved on.
+    /// From now on, the present place of the first haptic interface point is `position` (m, world): the frame of the
+    /// device is moved, not the device. For a user who comes to a world that has moved on.
     fn recentre(&mut self, position: DVec3);
 
-    /// The reading at the instant of haptic tick `tick`. Ticks do not decrease from call to call, but the real-time
-    /// loop may skip some. Reading twice at one tick before writing gives the same answer twice.
+    /// What the user sees at the instant of the last read; called before each write.
+    fn observe(&mut self, view: &WorldView<'_>) {
+        let _ = view;
+    }
+
+    /// The readings at the instant of haptic tick `tick`, one a finger. Ticks do not decrease from call to call, but the
+    /// real-time loop may skip some. Reading twice at one tick before writing gives the same answer twice.
     ///
     /// # Errors
     /// When the device cannot say where it is at that tick. The caller lets the governor release the force.
-    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError>;
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError>;
 
-    /// Renders `wrench` (on the hand, about the haptic interface point, world frame) and holds it until the next
-    /// write.
+    /// Renders one wrench a finger (on the hand, about the haptic interface point, world frame) and holds them until the
+    /// next write.
     ///
     /// # Errors
-    /// When the wrench is not finite, or the device did not take it. What was rendered before stays.
-    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError>;
+    /// When a wrench is not finite, or the device did not take them. What was rendered before stays.
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError>;
 }
 
 impl<D: Device + ?Sized> Device for Box<D> {
     fn name(&self) -> &str {
         (**self).name()
+    }
+
+    fn fingers(&self) -> usize {
+        (**self).fingers()
     }
 
     fn limits(&self) -> DeviceLimits {
@@ -56,12 +78,16 @@ impl<D: Device + ?Sized> Device for Box<D> {
         (**self).recentre(position);
     }
 
-    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+    fn observe(&mut self, view: &WorldView<'_>) {
+        (**self).observe(view);
+    }
+
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
         (**self).read(tick)
     }
 
-    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
-        (**self).write(wrench)
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        (**self).write(wrenches)
     }
 }
 
@@ -161,12 +187,14 @@ impl Device for IdealDevice {
         self.reading.pose.position = position;
     }
 
-    fn read(&mut self, _tick: u64) -> Result<Reading, DeviceError> {
-        Ok(self.reading)
+    fn read(&mut self, _tick: u64) -> Result<Readings, DeviceError> {
+        Ok([self.reading].into_iter().collect())
     }
 
-    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
-        self.written = checked(&self.name, wrench)?;
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        for &wrench in wrenches.iter().take(1) {
+            self.written = checked(&self.name, wrench)?;
+        }
         Ok(())
     }
 }
@@ -180,9 +208,9 @@ mod tests {
         let mut device = IdealDevice::new("pointer", DeviceLimits::POINT);
         let reading = Reading::point(DVec3::new(0.1, 0.0, -0.2), DVec3::X);
         device.set_reading(reading);
-        assert_eq!(device.read(7), Ok(reading));
-        device.write(Wrench::force(DVec3::Y)).unwrap();
-        let error = device.write(Wrench::force(DVec3::NAN)).unwrap_err();
+        assert_eq!(device.read(7).unwrap()[..], [reading]);
+        device.write(&[Wrench::force(DVec3::Y)]).unwrap();
+        let error = device.write(&[Wrench::force(DVec3::NAN)]).unwrap_err();
         assert!(error.to_string().starts_with("pointer: a wrench must consist of finite numbers"), "{error}");
         assert_eq!(device.written(), Wrench::force(DVec3::Y), "a refused wrench changes nothing");
     }

@@ -1,6 +1,6 @@
 //! A simulated hand that holds a device: mass, damping and stiffness, exact between ticks, following a script.
 
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{Reading, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Hand, Scene};
 use glam::DVec3;
@@ -202,7 +202,7 @@ impl Device for SimulatedHand {
         self.origin = self.model.free(position) - self.state.position;
     }
 
-    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
         let at = self.state.tick;
         if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
             let device = self.name.clone();
@@ -216,11 +216,14 @@ impl Device for SimulatedHand {
         while self.state.tick < tick {
             self.model.step(&mut self.state);
         }
-        Ok(Reading::point(self.origin + self.state.position, self.state.velocity))
+        let reading = Reading::point(self.origin + self.state.position, self.state.velocity);
+        Ok([reading].into_iter().collect())
     }
 
-    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
-        self.state.held_force = checked(&self.name, wrench)?.force;
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        for &wrench in wrenches.iter().take(1) {
+            self.state.held_force = checked(&self.name, wrench)?.force;
+        }
         self.model.step(&mut self.state);
         Ok(())
     }

@@ -87,7 +87,7 @@ impl HostState {
 
     fn visit(&mut self, model: &HostModel, step: u64, coordinate: Coordinate, act: &mut dyn FnMut(&mut f64)) {
         match coordinate {
-            Coordinate::Own { host, part: Part::Object, quantity } if host == model.host => {
+            Coordinate::Own { host, part: Part::OBJECT, quantity } if host == model.host => {
                 along_axis(model, quantity, &mut self.object.pose, &mut self.object.twist, act);
             }
             Coordinate::Held { host, from, part, quantity, age } if host == model.host => {
@@ -111,11 +111,11 @@ pub fn visit_packet(
 ) {
     for entry in &mut packet.entries {
         match (part, entry) {
-            (Part::Hand, Entry::Hand { pose, twist, .. })
-            | (Part::Object, Entry::Object { pose, twist, .. }) => {
+            (Part::HAND, Entry::Hand { pose, twist, .. })
+            | (Part::OBJECT, Entry::Object { pose, twist, .. }) => {
                 along_axis(model, quantity, pose, twist, act);
             }
-            (Part::Force, Entry::Force { wrench: Wrench { force, .. }, .. }) if quantity == Quantity::F => {
+            (Part::FORCE, Entry::Force { wrench: Wrench { force, .. }, .. }) if quantity == Quantity::F => {
                 component(model, force, act);
             }
             _ => {}

@@ -1,9 +1,12 @@
 //! Where reading starts: values of which every one is set from the key tables before anyone sees them.
 
+use glam::DVec3;
+
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Coordination, Coupling, GovernorLimits, Hand, Impairment, Integrator, Link, Object,
-    PlayOut, Rates, Scene, Session, SpringDamper, User, Wall, WallSides, Way,
+    Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, GovernorLimits, Ground,
+    Hand, Impairment, Integrator, Link, Object, PlayOut, Rates, RotationalSpringDamper, Scene, Session, Shape,
+    ShapeKind, Space, SpringDamper, User, VelocityEstimate, Wall, WallPlane, WallSides, Way,
 };
 use crate::time::Rate;
 
@@ -31,10 +34,58 @@ pub(crate) fn scene(name: String) -> Scene {
             impairment: Impairment::NONE,
             ways: Vec::new(),
         },
-        hand: Hand { mass_kg: 0.0, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 },
-        object: Object { mass_kg: 0.0, damping_n_s_per_m: 0.0 },
-        coupling: Coupling { hand_object: SLACK, remote_hand_object: SLACK, object_object: SLACK },
-        wall: Wall { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, position_m: 0.0, sides: WallSides::Two },
+        space: Space::Line,
+        gravity_m_per_s2: DVec3::ZERO,
+        hand: Hand { mass_kg: 0.0, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0, finger_radius_m: 0.0 },
+        device: DeviceSpec {
+            kind: DeviceKind::Point,
+            encoder_counts_per_turn: 0,
+            velocity: VelocityEstimate::Exact,
+            velocity_cutoff_hz: 0.0,
+            max_joint_torque_n_m: 0.0,
+            inertia: false,
+        },
+        object: Object {
+            mass_kg: 0.0,
+            damping_n_s_per_m: 0.0,
+            axis_damping_n_s_per_m: DVec3::ZERO,
+            rotational_damping_n_m_s_per_rad: 0.0,
+            shape: shape(),
+            position_m: DVec3::ZERO,
+            rotation_rad: DVec3::ZERO,
+        },
+        bodies: Vec::new(),
+        ground: Ground { friction_coefficient: 0.0, rotational_friction_coefficient: 0.0 },
+        contact: Contact {
+            static_friction: 0.0,
+            dynamic_friction: 0.0,
+            stick_speed_m_per_s: 0.0,
+            moment_cancellation: false,
+            body_body: SLACK,
+            body_body_tangential: SLACK,
+        },
+        coupling: Coupling {
+            hand_object: SLACK,
+            remote_hand_object: SLACK,
+            object_object: SLACK,
+            hand_object_tangential: SLACK,
+            remote_hand_object_tangential: SLACK,
+            object_object_rotational: RotationalSpringDamper {
+                stiffness_n_m_per_rad: 0.0,
+                damping_n_m_s_per_rad: 0.0,
+            },
+        },
+        wall: Wall {
+            stiffness_n_per_m: 0.0,
+            damping_n_s_per_m: 0.0,
+            position_m: 0.0,
+            sides: WallSides::Two,
+            tangential_stiffness_n_per_m: 0.0,
+            tangential_damping_n_s_per_m: 0.0,
+            static_friction: 0.0,
+            dynamic_friction: 0.0,
+            planes: Vec::new(),
+        },
         governor: GovernorLimits {
             max_force_n: 0.0,
             max_slew_n_per_s: 0.0,
@@ -53,5 +104,44 @@ pub(crate) fn way() -> Way {
 
 /// User `number`, counted from 1.
 pub(crate) fn user(number: usize) -> User {
-    User { name: format!("user{number}"), tracking: SLACK, script: Vec::new(), repeat: false }
+    User {
+        name: format!("user{number}"),
+        fingers: vec![finger()],
+        tracking: SLACK,
+        script: Vec::new(),
+        repeat: false,
+    }
+}
+
+pub(crate) fn shape() -> Shape {
+    Shape {
+        kind: ShapeKind::Point,
+        size_m: DVec3::ZERO,
+        radius_m: 0.0,
+        length_m: 0.0,
+        mesh: String::new(),
+        mesh_scale: 1.0,
+        surface: None,
+    }
+}
+
+/// Body `number`, counted from 1.
+pub(crate) fn body(number: usize) -> Body {
+    Body {
+        name: format!("body{number}"),
+        shape: shape(),
+        mass_kg: 0.0,
+        position_m: DVec3::ZERO,
+        rotation_rad: DVec3::ZERO,
+        fixed: false,
+    }
+}
+
+/// Wall `number`, counted from 1.
+pub(crate) fn wall_plane(number: usize) -> WallPlane {
+    WallPlane { name: format!("wall{number}"), point_m: DVec3::ZERO, normal: DVec3::NEG_X }
+}
+
+pub(crate) fn finger() -> Finger {
+    Finger { position_m: DVec3::ZERO, script: Vec::new() }
 }

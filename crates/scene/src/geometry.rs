@@ -1,7 +1,17 @@
 //! Pose, twist and wrench, and what a haptic device reports. All SI, all in the world frame.
 
+use arrayvec::ArrayVec;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
+
+/// Most fingers (haptic interface points) of one user.
+pub const MAX_FINGERS: usize = 4;
+
+/// What a device reports at one instant: one reading a finger.
+pub type Readings = ArrayVec<Reading, MAX_FINGERS>;
+
+/// What a device is asked to render: one wrench a finger.
+pub type Wrenches = ArrayVec<Wrench, MAX_FINGERS>;
 
 /// Position and orientation of a frame in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +27,18 @@ impl Pose {
     #[must_use]
     pub const fn at(position: DVec3) -> Self {
         Self { position, orientation: DQuat::IDENTITY }
+    }
+
+    /// The world's point that this frame calls `point`, m.
+    #[must_use]
+    pub fn to_world(&self, point: DVec3) -> DVec3 {
+        self.position + self.orientation * point
+    }
+
+    /// What this frame calls the world's `point`, m.
+    #[must_use]
+    pub fn to_local(&self, point: DVec3) -> DVec3 {
+        self.orientation.conjugate() * (point - self.position)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The names of hosts and of every coordinate of a session's state, shared by the host and the analysis.
 //!
-//! A coordinate reads like `host1.object.x` or `host1.held.host2.hand.v.age2`. Lengths and speeds are along the
-//! scene's axis.
+//! A coordinate reads like `host1.object.x` or `host1.held.host2.hand.v.age2`. All are in the world
+//! frame.
 
 use std::fmt;
 use std::str::FromStr;
@@ -40,26 +40,93 @@ impl fmt::Display for HostIndex {
     }
 }
 
-/// What a coordinate belongs to.
+/// What a coordinate belongs to. The number counts a host's fingers, or the session's bodies, from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Part {
-    /// The hand (and device) of a host's user.
-    Hand,
-    /// A host's copy of the object (in a centralized session, the server's object).
-    Object,
-    /// The force that the server sends back to a user (centralized).
-    Force,
+    /// A finger of a host's user, with its share of the device. Shown as `hand`, `hand2`, …
+    Hand(u8),
+    /// A host's copy of a body (in a centralized session, the server's). Shown as `object`, `object2`, …
+    Object(u8),
+    /// The force that the server sends back to a finger (centralized). Shown as `force`, `force2`, …
+    Force(u8),
+    /// What a device remembers to tell the velocity of a finger. Shown as `sensor`, `sensor2`, …
+    Sensor(u8),
 }
 
-/// Which number of a part.
+impl Part {
+    /// The first finger.
+    pub const HAND: Self = Self::Hand(0);
+    /// The first body.
+    pub const OBJECT: Self = Self::Object(0);
+    /// The force on the first finger.
+    pub const FORCE: Self = Self::Force(0);
+}
+
+/// An axis of the world frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+pub enum Axis {
+    /// x.
+    X,
+    /// y.
+    Y,
+    /// z.
+    Z,
+}
+
+impl Axis {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// As an index into a vector.
+    #[must_use]
+    pub const fn index(self) -> usize {
+        self as usize
+    }
+}
+
+/// Which number of a part, in the world frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum Quantity {
-    /// Position along the axis, m.
-    X,
-    /// Velocity along the axis, m/s.
-    V,
-    /// Force along the axis, N.
-    F,
+    /// Position, m. Shown as `x`, `y`, `z`.
+    Position(Axis),
+    /// A small turn from the pose about which the loop is linear: a rotation vector, rad. Shown as `rx`, `ry`, `rz`.
+    Rotation(Axis),
+    /// Velocity, m/s. Shown as `v`, `vy`, `vz`.
+    Velocity(Axis),
+    /// Angular velocity, rad/s. Shown as `wx`, `wy`, `wz`.
+    AngularVelocity(Axis),
+    /// Force, N. Shown as `f`, `fy`, `fz`.
+    Force(Axis),
+}
+
+impl Quantity {
+    /// Position along x.
+    pub const X: Self = Self::Position(Axis::X);
+    /// Velocity along x.
+    pub const V: Self = Self::Velocity(Axis::X);
+    /// Force along x.
+    pub const F: Self = Self::Force(Axis::X);
+
+    const NAMES: [(&'static str, Self); 15] = {
+        use Axis::{X, Y, Z};
+        [
+            ("x", Self::Position(X)),
+            ("y", Self::Position(Y)),
+            ("z", Self::Position(Z)),
+            ("rx", Self::Rotation(X)),
+            ("ry", Self::Rotation(Y)),
+            ("rz", Self::Rotation(Z)),
+            ("v", Self::Velocity(X)),
+            ("vy", Self::Velocity(Y)),
+            ("vz", Self::Velocity(Z)),
+            ("wx", Self::AngularVelocity(X)),
+            ("wy", Self::AngularVelocity(Y)),
+            ("wz", Self::AngularVelocity(Z)),
+            ("f", Self::Force(X)),
+            ("fy", Self::Force(Y)),
+            ("fz", Self::Force(Z)),
+        ]
+    };
 }
 
 /// One number of a session's state, at the instant of a network step, before anything is sampled at that instant.
@@ -69,7 +136,7 @@ pub enum Coordinate {
     Own {
         /// Where it lives.
         host: HostIndex,
-        /// Hand or object.
+        /// Hand, object or sensor.
         part: Part,
         /// Which number.
         quantity: Quantity,
@@ -92,21 +159,23 @@ pub enum Coordinate {
 
 impl fmt::Display for Part {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Hand => "hand",
-            Self::Object => "object",
-            Self::Force => "force",
-        })
+        let (name, index) = match *self {
+            Self::Hand(index) => ("hand", index),
+            Self::Object(index) => ("object", index),
+            Self::Force(index) => ("force", index),
+            Self::Sensor(index) => ("sensor", index),
+        };
+        match index {
+            0 => formatter.write_str(name),
+            _ => write!(formatter, "{name}{}", u32::from(index) + 1),
+        }
     }
 }
 
 impl fmt::Display for Quantity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::X => "x",
-            Self::V => "v",
-            Self::F => "f",
-        })
+        let name = Self::NAMES.iter().find(|(_, quantity)| quantity == self).map_or("", |(name, _)| name);
+        formatter.write_str(name)
     }
 }
 
@@ -139,18 +208,22 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
         let number: u8 = text.strip_prefix("host")?.parse().ok()?;
         Some(HostIndex(number.checked_sub(1)?))
     };
-    let part = |text: &str| match text {
-        "hand" => Some(Part::Hand),
-        "object" => Some(Part::Object),
-        "force" => Some(Part::Force),
-        _ => None,
+    let part = |text: &str| {
+        let (name, number) = text.split_at(text.find(|c: char| c.is_ascii_digit()).unwrap_or(text.len()));
+        let index = match number {
+            "" => 0,
+            "0" | "1" => return None,
+            _ => number.parse::<u8>().ok()?.checked_sub(1)?,
+        };
+        match name {
+            "hand" => Some(Part::Hand(index)),
+            "object" => Some(Part::Object(index)),
+            "force" => Some(Part::Force(index)),
+            "sensor" => Some(Part::Sensor(index)),
+            _ => None,
+        }
     };
-    let quantity = |text: &str| match text {
-        "x" => Some(Quantity::X),
-        "v" => Some(Quantity::V),
-        "f" => Some(Quantity::F),
-        _ => None,
-    };
+    let quantity = |text: &str| Quantity::NAMES.iter().find(|(name, _)| *name == text).map(|found| found.1);
     match *text.split('.').collect::<Vec<_>>().as_slice() {
         [h, p, q] => Some(Coordinate::Own { host: host(h)?, part: part(p)?, quantity: quantity(q)? }),
         [h, "held", f, p, q, age] => Some(Coordinate::Held {
@@ -175,10 +248,13 @@ mod tests {
             "host16.hand.v",
             "host1.held.host2.hand.v.age2",
             "host2.held.host1.force.f.age1",
+            "host2.object3.wz",
+            "host1.held.host2.hand2.vy.age3",
+            "host1.sensor2.y",
         ] {
             assert_eq!(name.parse::<Coordinate>().unwrap().to_string(), name);
         }
-        for name in ["", "host0.hand.x", "host1.held.host2.hand.v.age0", "host1.foot.x"] {
+        for name in ["", "host0.hand.x", "host1.held.host2.hand.v.age0", "host1.foot.x", "host1.hand1.x", "host1.hand02x.x"] {
             assert!(name.parse::<Coordinate>().is_err(), "{name}");
         }
     }

@@ -21,10 +21,22 @@ pub struct Scene {
     pub rates: Rates,
     /// The network between hosts.
     pub link: Link,
+    /// The directions in which bodies and hands may move.
+    pub space: Space,
+    /// Acceleration that acts on every body that is not fixed.
+    pub gravity_m_per_s2: DVec3,
     /// Every user's hand together with the moving part of the device.
     pub hand: Hand,
-    /// The shared object.
+    /// What every user holds.
+    pub device: DeviceSpec,
+    /// The shared object, and what all bodies have in common.
     pub object: Object,
+    /// `[[body]]`; where there is none, the world has one body, the object: see [`Scene::world_bodies`].
+    pub bodies: Vec<Body>,
+    /// The ground under bodies that move in a plane.
+    pub ground: Ground,
+    /// How fingers touch bodies, and bodies walls and each other.
+    pub contact: Contact,
     /// The virtual couplers.
     pub coupling: Coupling,
     /// The wall that the object meets.
@@ -40,6 +52,36 @@ impl Scene {
     #[must_use]
     pub fn schedule(&self) -> Schedule {
         Schedule::new(self.rates.control_hz, self.rates.network_hz).expect("checked when the scene was read")
+    }
+
+    /// The bodies of the world: `[[body]]`, or the one object.
+    #[must_use]
+    pub fn world_bodies(&self) -> Vec<Body> {
+        if !self.bodies.is_empty() {
+            return self.bodies.clone();
+        }
+        let Object { mass_kg, shape, position_m, rotation_rad, .. } = &self.object;
+        vec![Body {
+            name: "object".to_owned(),
+            shape: shape.clone(),
+            mass_kg: *mass_kg,
+            position_m: *position_m,
+            rotation_rad: *rotation_rad,
+            fixed: false,
+        }]
+    }
+
+    /// The walls of the world: `[[wall.plane]]`, or the one across the x axis; none without stiffness and damping.
+    #[must_use]
+    pub fn walls(&self) -> Vec<WallPlane> {
+        if !self.wall.exists() {
+            return Vec::new();
+        }
+        if !self.wall.planes.is_empty() {
+            return self.wall.planes.clone();
+        }
+        let point_m = DVec3::X * self.wall.position_m;
+        vec![WallPlane { name: "wall".to_owned(), point_m, normal: DVec3::NEG_X }]
     }
 
     /// The scene's hosts.
@@ -194,24 +236,172 @@ impl Impairment {
     };
 }
 
-/// `[hand]`: mass of hand and device together, and the arm's damping and stiffness to where the hand rests.
+/// The directions in which bodies and hands may move: a constraint on a three-dimensional world.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Space {
+    /// Along x; nothing turns.
+    Line,
+    /// In the x-y plane, turning about z.
+    Plane,
+    /// Everywhere.
+    Space,
+}
+
+/// `[hand]`: mass of hand and device together, and the arm's damping and stiffness to where the hand rests; the same for
+/// every finger.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Hand {
     /// m_h.
     pub mass_kg: f64,
     /// b_h.
     pub damping_n_s_per_m: f64,
-    /// k_h, towards the rest position (the origin).
+    /// k_h, towards the rest position: where the finger is at the start.
     pub stiffness_n_per_m: f64,
+    /// A finger is a sphere of this radius, where bodies have shapes.
+    pub finger_radius_m: f64,
 }
 
-/// `[object]`.
+/// `[device]`: what every finger of every user is on. Its inertia at the finger is part of `hand.mass_kg` unless
+/// [`DeviceSpec::inertia`] adds the links' own.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DeviceSpec {
+    /// Its mechanism.
+    pub kind: DeviceKind,
+    /// Counts of an encoder a turn of its joint; 0 is a perfect sensor. Without effect for `point`.
+    pub encoder_counts_per_turn: u32,
+    /// How velocity is told.
+    pub velocity: VelocityEstimate,
+    /// Corner of the low pass of [`VelocityEstimate::Filtered`].
+    pub velocity_cutoff_hz: f64,
+    /// Largest torque of a joint; 0 is no limit. Without effect for `point`.
+    pub max_joint_torque_n_m: f64,
+    /// Whether the inertia of the links is added to the hand's mass. Without effect for `point`.
+    pub inertia: bool,
+}
+
+/// The mechanism of a device.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeviceKind {
+    /// A point mass without a mechanism.
+    Point,
+    /// The planar five-bar pantograph of the thesis, in the x-y plane.
+    Pantograph,
+    /// A three-joint arm like the PHANToM 1.0's.
+    Phantom,
+}
+
+/// How a device tells velocity.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum VelocityEstimate {
+    /// The true velocity.
+    Exact,
+    /// (x_k − x_{k−1})/T_c.
+    Difference,
+    /// The same through a first-order low pass: `v_k = v_{k−1} + (1 − e^{−ω·T_c})·((x_k − x_{k−1})/T_c − v_{k−1})`.
+    Filtered,
+}
+
+/// `[object]`: the one body of a scene without `[[body]]`, and what all bodies have in common (damping).
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Object {
     /// m_o of every copy.
     pub mass_kg: f64,
     /// Damping to the ground; negative values compensate the drag of the network (thesis §6.1).
     pub damping_n_s_per_m: f64,
+    /// The same for each world axis, on top of that.
+    pub axis_damping_n_s_per_m: DVec3,
+    /// The same for turning.
+    pub rotational_damping_n_m_s_per_rad: f64,
+    /// Its shape.
+    pub shape: Shape,
+    /// Where its centre of mass is at the start.
+    pub position_m: DVec3,
+    /// How it is turned at the start: a rotation vector.
+    pub rotation_rad: DVec3,
+}
+
+/// `[[body]]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Body {
+    /// Unique within the scene.
+    pub name: String,
+    /// Its shape.
+    pub shape: Shape,
+    /// Of every copy.
+    pub mass_kg: f64,
+    /// Where its centre of mass is at the start.
+    pub position_m: DVec3,
+    /// How it is turned at the start: a rotation vector.
+    pub rotation_rad: DVec3,
+    /// A fixed body never moves: a wall of any shape.
+    pub fixed: bool,
+}
+
+/// What a body looks like; its frame's origin is its centre of mass.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Shape {
+    /// Which of the numbers below count.
+    pub kind: ShapeKind,
+    /// Edges of a box.
+    pub size_m: DVec3,
+    /// Of a ball or a capsule.
+    pub radius_m: f64,
+    /// Between the centres of a capsule's ends, along its y axis.
+    pub length_m: f64,
+    /// File of a hull or mesh: STL, OBJ, glTF (empty for all others).
+    pub mesh: String,
+    /// Metres per unit of the file.
+    pub mesh_scale: f64,
+    /// What is in the file, read when the scene was: scaled, with the origin at the centre of mass.
+    #[serde(skip)]
+    pub surface: Option<std::sync::Arc<crate::mesh::TriangleMesh>>,
+}
+
+/// The kind of a body's shape.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ShapeKind {
+    /// No surface: hands are coupled to the body's centre, as in the thesis's analysis.
+    Point,
+    /// A ball.
+    Ball,
+    /// A box.
+    Box,
+    /// A capsule.
+    Capsule,
+    /// The convex hull of a mesh.
+    Hull,
+    /// A closed triangle mesh.
+    Mesh,
+}
+
+/// `[ground]`: Coulomb friction under bodies that move in a plane; the normal force is m·g with g = 9.81 m/s².
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Ground {
+    /// Of sliding.
+    pub friction_coefficient: f64,
+    /// Of turning: the torque is this times m·g times the body's radius of gyration about the plane's normal.
+    pub rotational_friction_coefficient: f64,
+}
+
+/// `[contact]`: how fingers touch bodies. Stiffness and damping are in `[coupling]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Contact {
+    /// μ_s.
+    pub static_friction: f64,
+    /// μ_k, at most μ_s.
+    pub dynamic_friction: f64,
+    /// v_tr: a contact that slides more slowly than this sticks.
+    pub stick_speed_m_per_s: f64,
+    /// Whether the device is pushed to a stop on first contact, thesis (7.1)–(7.2).
+    pub moment_cancellation: bool,
+    /// Between bodies, normal.
+    pub body_body: SpringDamper,
+    /// Between bodies, tangential.
+    pub body_body_tangential: SpringDamper,
 }
 
 /// `[coupling]`.
@@ -223,6 +413,22 @@ pub struct Coupling {
     pub remote_hand_object: SpringDamper,
     /// k_o, b_o (distributed).
     pub object_object: SpringDamper,
+    /// k_T11 = k_T22, b_T11 = b_T22; centralized k_T1: along the surface, where bodies have shapes; then
+    /// `hand_object` is across it.
+    pub hand_object_tangential: SpringDamper,
+    /// k_T12 = k_T21, b_T12 = b_T21; centralized k_T2.
+    pub remote_hand_object_tangential: SpringDamper,
+    /// k_oR, b_oR (distributed).
+    pub object_object_rotational: RotationalSpringDamper,
+}
+
+/// A virtual coupler's spring and damper for turning.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RotationalSpringDamper {
+    /// N·m/rad.
+    pub stiffness_n_m_per_rad: f64,
+    /// N·m·s/rad.
+    pub damping_n_m_s_per_rad: f64,
 }
 
 /// A virtual coupler's spring and damper.
@@ -234,7 +440,7 @@ pub struct SpringDamper {
     pub damping_n_s_per_m: f64,
 }
 
-/// `[wall]`: a plane across the axis. Stiffness and damping 0 mean free motion.
+/// `[wall]`: what all walls are made of, and a plane across the x axis. Stiffness and damping 0 mean that there is none.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Wall {
     /// k_w.
@@ -243,8 +449,29 @@ pub struct Wall {
     pub damping_n_s_per_m: f64,
     /// Where on the axis.
     pub position_m: f64,
-    /// Whether it also pulls.
+    /// Whether it also pulls; walls never pull at bodies with a shape.
     pub sides: WallSides,
+    /// k_Tw: along the wall, for bodies with a shape.
+    pub tangential_stiffness_n_per_m: f64,
+    /// b_Tw.
+    pub tangential_damping_n_s_per_m: f64,
+    /// μ_s between bodies and walls, and between bodies.
+    pub static_friction: f64,
+    /// μ_k between bodies and walls, and between bodies; at most μ_s.
+    pub dynamic_friction: f64,
+    /// `[[wall.plane]]`; where there is none, the one wall is across the x axis at `position_m`.
+    pub planes: Vec<WallPlane>,
+}
+
+/// `[[wall.plane]]`.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WallPlane {
+    /// Unique within the scene.
+    pub name: String,
+    /// A point of it.
+    pub point_m: DVec3,
+    /// Where it pushes to, of any length but zero.
+    pub normal: DVec3,
 }
 
 impl Wall {
@@ -287,12 +514,23 @@ pub struct GovernorLimits {
 pub struct User {
     /// Unique within the session.
     pub name: String,
+    /// 1 to [`crate::geometry::MAX_FINGERS`]; one at the origin where none is written.
+    pub fingers: Vec<Finger>,
     /// How firmly the hand follows `reach`, `sinusoid` and `hold`; part of the loop, so the analysis compiles it.
     pub tracking: SpringDamper,
     /// What the hand does, in order.
     pub script: Vec<Action>,
     /// Whether the script starts again at its end (otherwise the hand relaxes).
     pub repeat: bool,
+}
+
+/// `[[user.finger]]`: one haptic interface point of a user.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Finger {
+    /// Where it rests and is at the start.
+    pub position_m: DVec3,
+    /// What this finger does instead of the user's script; empty: the user's script.
+    pub script: Vec<Action>,
 }
 
 /// One thing that a simulated hand does, for `duration_s`. Vectors are in the world frame; a scene on a line uses x.
@@ -352,6 +590,72 @@ pub enum Action {
         /// s.
         duration_s: f64,
     },
+    /// Close the fingers on a body until each presses with `force_n`: each goes straight to the side of the body that it is
+    /// at. Ends when all press, or after `duration_s`; from then on the fingers hold what they hold.
+    Grasp {
+        /// The body's name.
+        body: String,
+        /// N, of each finger.
+        force_n: f64,
+        /// At what speed fingers close, m/s.
+        speed_m_per_s: f64,
+        /// At most, s.
+        duration_s: f64,
+    },
+    /// Move what is held by `by_m` along a minimum-jerk path; all fingers move alike.
+    Carry {
+        /// m.
+        by_m: DVec3,
+        /// s.
+        duration_s: f64,
+    },
+    /// Move what is held until its centre is at `to_m`, as seen when the action begins.
+    CarryTo {
+        /// m.
+        to_m: DVec3,
+        /// s.
+        duration_s: f64,
+    },
+    /// Lift what is held by `height_m`, against gravity.
+    Lift {
+        /// m.
+        height_m: f64,
+        /// s.
+        duration_s: f64,
+    },
+    /// Turn what is held about its centre, about the z axis.
+    Turn {
+        /// rad.
+        angle_rad: f64,
+        /// s.
+        duration_s: f64,
+    },
+    /// Push what is held with a constant force on top of the grip, shared by the fingers; it fades in and out.
+    Push {
+        /// N, of all fingers together.
+        force_n: DVec3,
+        /// s.
+        duration_s: f64,
+    },
+    /// Hold what is held until another hand takes its weight: until the load that the fingers feel has fallen to half of
+    /// what it was when the action began, or `duration_s` is over.
+    HandOver {
+        /// At most, s.
+        duration_s: f64,
+    },
+    /// Open the fingers: back along the surface's normal by `distance_m`.
+    LetGo {
+        /// m.
+        distance_m: f64,
+        /// s.
+        duration_s: f64,
+    },
+    /// Hold until the session's clock shows `until_s`: people who work together agree on times. Takes no time when it
+    /// is later already.
+    WaitUntil {
+        /// s of session time.
+        until_s: f64,
+    },
     /// Push with a constant force for `push_s`, then let go for the rest of `duration_s`.
     PushAndLetGo {
         /// N.
@@ -364,7 +668,7 @@ pub enum Action {
 }
 
 impl Action {
-    /// How long it takes, s.
+    /// How long it takes at most, s (from the session's start for [`Action::WaitUntil`]).
     #[must_use]
     pub fn duration_s(&self) -> f64 {
         match *self {
@@ -375,13 +679,29 @@ impl Action {
             | Self::Force { duration_s, .. }
             | Self::SinusoidalForce { duration_s, .. }
             | Self::Tremor { duration_s, .. }
+            | Self::Grasp { duration_s, .. }
+            | Self::Carry { duration_s, .. }
+            | Self::CarryTo { duration_s, .. }
+            | Self::Lift { duration_s, .. }
+            | Self::Turn { duration_s, .. }
+            | Self::Push { duration_s, .. }
+            | Self::HandOver { duration_s }
+            | Self::LetGo { duration_s, .. }
             | Self::PushAndLetGo { duration_s, .. } => duration_s,
+            Self::WaitUntil { until_s } => until_s,
         }
     }
 
     /// Whether the hand tracks a path during it.
     #[must_use]
     pub fn tracks(&self) -> bool {
-        matches!(self, Self::Hold { .. } | Self::Reach { .. } | Self::Sinusoid { .. })
+        !matches!(
+            self,
+            Self::Relax { .. }
+                | Self::Force { .. }
+                | Self::SinusoidalForce { .. }
+                | Self::Tremor { .. }
+                | Self::PushAndLetGo { .. }
+        )
     }
 }

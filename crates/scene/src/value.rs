@@ -5,7 +5,9 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::names::HostIndex;
-use crate::scene::{Architecture, Coordination, Integrator, PlayOut, WallSides};
+use crate::scene::{
+    Architecture, Coordination, DeviceKind, Integrator, PlayOut, ShapeKind, Space, VelocityEstimate, WallSides,
+};
 use crate::time::Rate;
 
 /// The value of a scene key. Units are in the key's name.
@@ -135,3 +137,14 @@ choice!(Coordination { "pairwise" => Pairwise, "average" => Average });
 choice!(Integrator { "exact-hold" => ExactHold, "semi-implicit-euler" => SemiImplicitEuler });
 choice!(PlayOut { "scheduled" => Scheduled, "on-arrival" => OnArrival });
 choice!(WallSides { "two" => Two, "one" => One });
+choice!(Space { "line" => Line, "plane" => Plane, "space" => Space });
+choice!(DeviceKind { "point" => Point, "pantograph" => Pantograph, "phantom" => Phantom });
+choice!(VelocityEstimate { "exact" => Exact, "difference" => Difference, "filtered" => Filtered });
+choice!(ShapeKind {
+    "point" => Point,
+    "ball" => Ball,
+    "box" => Box,
+    "capsule" => Capsule,
+    "hull" => Hull,
+    "mesh" => Mesh
+});

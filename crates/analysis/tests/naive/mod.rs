@@ -69,7 +69,7 @@ impl Simulation {
         match name {
             Coordinate::Own { host, part, quantity } => {
                 let host = &mut self.hosts[host.index()];
-                let point = if part == Part::Hand { &mut host.hand } else { &mut host.object };
+                let point = if part == Part::HAND { &mut host.hand } else { &mut host.object };
                 if quantity == Quantity::X { &mut point.x } else { &mut point.v }
             }
             Coordinate::Held { host, from, part, quantity, age } => {
@@ -77,9 +77,9 @@ impl Simulation {
                 let step = steps_done - i64::from(age);
                 let packet = inbox.iter_mut().find(|packet| packet.step == step).expect("kept long enough");
                 let point = match part {
-                    Part::Force => return &mut packet.force,
-                    Part::Hand => &mut packet.hand,
-                    Part::Object => &mut packet.object,
+                    Part::FORCE => return &mut packet.force,
+                    Part::HAND => &mut packet.hand,
+                    Part::OBJECT => &mut packet.object,
                 };
                 if quantity == Quantity::X { &mut point.x } else { &mut point.v }
             }

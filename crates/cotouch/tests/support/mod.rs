@@ -115,7 +115,7 @@ fn visit(
     act: &mut dyn FnMut(&mut f64),
 ) -> bool {
     match coordinate {
-        Coordinate::Own { host, part: Part::Hand, quantity } => visit_hand(session, host, quantity, act),
+        Coordinate::Own { host, part: Part::HAND, quantity } => visit_hand(session, host, quantity, act),
         Coordinate::Own { host, .. } => visit_host(session, host, coordinate, tick, act),
         Coordinate::Held { host, .. } => {
             // A sample may wait at the host and, duplicated, be on its way as well; it is the same sample.
