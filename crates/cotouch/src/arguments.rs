@@ -14,7 +14,7 @@ use crate::failure::Failure;
 use crate::output::Output;
 
 /// The scene of `cotouch` alone.
-pub(crate) const DEFAULT_SCENE: &str = "single-axis";
+pub(crate) const DEFAULT_SCENE: &str = "grasp";
 /// How long a run takes when nothing is said, s.
 pub(crate) const DEFAULT_DURATION_S: f64 = 10.0;
 /// Where the page is when nothing is said.
@@ -72,6 +72,11 @@ pub(crate) enum Command {
     Stability {
         /// The scene.
         scene: String,
+    },
+    /// The seeds' figures and tables.
+    Reproduce {
+        /// Which; all where none is named.
+        ids: Vec<String>,
     },
     /// Names of the built-in scenes.
     SceneList,

@@ -5,6 +5,7 @@ mod prediction;
 mod probe;
 mod replay;
 mod report;
+mod reproduce;
 mod run;
 mod scene;
 
@@ -27,6 +28,7 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
         Command::Probe(probe) => probe::probe(probe, output),
         Command::Replay { file, csv } => replay::replay(file, csv.as_deref(), output),
         Command::Stability { scene } => analyze::stability(scene, overrides, output),
+        Command::Reproduce { ids } => reproduce::reproduce(ids, output),
         Command::SceneList => scene::list(output),
         Command::SceneShow { scene } => scene::show(scene, overrides, output),
         Command::SceneCheck { scene } => scene::check(scene, overrides, output),

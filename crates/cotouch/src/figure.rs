@@ -1,5 +1,7 @@
 //! Pictures, as SVG. The only module that draws.
 
+pub(crate) mod chart;
+
 use std::ops::Range;
 
 use cotouch_scene::scene::Scene;

@@ -2,6 +2,7 @@
 
 mod arguments;
 mod commands;
+mod experiments;
 mod failure;
 mod figure;
 mod output;

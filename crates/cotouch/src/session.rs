@@ -7,13 +7,14 @@ use std::thread;
 
 use anyhow::Context as _;
 use cotouch_runtime::real_time::{self, RealTimeOptions};
-use cotouch_runtime::record::RecordKind;
+use cotouch_runtime::record::{RecordKind, TickRecord};
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::{self, Replayed};
 use cotouch_runtime::session_handle::{LOOK_PERIOD, SessionHandle};
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_runtime::virtual_run;
 use cotouch_scene::Scene;
+use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_viewer::{About, Viewer};
 
@@ -43,6 +44,15 @@ pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Re
         !stop.is_set()
     };
     Ok(virtual_run::run(scene, duration_s, plan.recording.as_deref(), keep_on)?)
+}
+
+/// Runs `scene` in simulated time, unrecorded; `observe` sees every tick of every host.
+pub(crate) fn simulate(
+    scene: &Scene,
+    duration_s: f64,
+    observe: impl FnMut(HostIndex, &TickRecord),
+) -> anyhow::Result<Summary> {
+    Ok(virtual_run::run_observed(scene, duration_s, None, |_| true, observe)?)
 }
 
 /// Starts all hosts of `scene` in this process.

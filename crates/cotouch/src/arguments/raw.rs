@@ -142,6 +142,21 @@ Example:
         #[command(subcommand)]
         what: Analyze,
     },
+    /// Repeat the figures and tables of the two works that cotouch is built on
+    #[command(after_help = "\
+Writes one page (index.html), figures (SVG) and their numbers (CSV) to a folder, by default reproduced/; --out names \
+another. Printed values stand beside those that come out here, with the reason where they differ. Exit status 1 when \
+something that the text claims does not hold.
+
+Ids: table1.1 fig8.1 fig8.3 fig8.4
+
+Example:
+  cotouch reproduce fig8.1 fig8.4 --out figures")]
+    Reproduce {
+        /// What to repeat [default: all]
+        #[arg(value_name = "ID")]
+        ids: Vec<String>,
+    },
     /// List, show and check scenes
     Scene {
         #[command(subcommand)]
@@ -306,6 +321,7 @@ impl Flags {
             Some(Subcommands::Probe { serve: None, flags }) => lift_probe(flags)?,
             Some(Subcommands::Replay { file, csv }) => Command::Replay { file, csv },
             Some(Subcommands::Analyze { what: Analyze::Stability { scene } }) => Command::Stability { scene },
+            Some(Subcommands::Reproduce { ids }) => Command::Reproduce { ids },
             Some(Subcommands::Scene { what: SceneCommand::List }) => Command::SceneList,
             Some(Subcommands::Scene { what: SceneCommand::Show { scene } }) => Command::SceneShow { scene },
             Some(Subcommands::Scene { what: SceneCommand::Check { scene } }) => Command::SceneCheck { scene },

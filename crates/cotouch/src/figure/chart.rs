@@ -1,0 +1,214 @@
+//! Panels of curves side by side, for experiments and reports.
+
+use plotters::prelude::*;
+
+use super::{Area, GRID, INK, QUIET, colour, text, undrawable};
+
+const PANEL_WIDTH: u32 = 560;
+const PANEL_HEIGHT: u32 = 360;
+const HEADLINE: u32 = 40;
+const LEGEND: u32 = 26;
+/// Points that a curve is thinned to.
+const MOST_POINTS: usize = 1500;
+
+/// One pair of axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Panel {
+    /// What it shows.
+    pub(crate) title: String,
+    /// With the unit.
+    pub(crate) x_label: String,
+    /// With the unit.
+    pub(crate) y_label: String,
+    /// The curves.
+    pub(crate) series: Vec<Series>,
+    /// Whether a metre is as long in both directions.
+    pub(crate) equal_scales: bool,
+}
+
+/// One curve.
+#[derive(Clone, Debug)]
+pub(crate) struct Series {
+    /// For the legend.
+    pub(crate) label: String,
+    /// In order.
+    pub(crate) points: Vec<(f64, f64)>,
+    /// Which of the colours.
+    pub(crate) colour: usize,
+    /// Dashed instead of solid.
+    pub(crate) dashed: bool,
+}
+
+impl Series {
+    /// A solid curve.
+    pub(crate) fn solid(label: &str, colour: usize, points: Vec<(f64, f64)>) -> Self {
+        Self { label: label.to_owned(), points, colour, dashed: false }
+    }
+
+    /// A dashed curve.
+    pub(crate) fn dashed(label: &str, colour: usize, points: Vec<(f64, f64)>) -> Self {
+        Self { dashed: true, ..Self::solid(label, colour, points) }
+    }
+}
+
+/// The panels in a row below a headline, as SVG.
+pub(crate) fn chart(headline: &str, panels: &[Panel]) -> anyhow::Result<String> {
+    let mut svg = String::new();
+    {
+        let width = PANEL_WIDTH * panels.len().max(1) as u32;
+        let root =
+            SVGBackend::with_string(&mut svg, (width, HEADLINE + LEGEND + PANEL_HEIGHT)).into_drawing_area();
+        root.fill(&WHITE).map_err(undrawable)?;
+        root.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
+        let (_, body) = root.split_vertically(HEADLINE);
+        for (area, panel) in body.split_evenly((1, panels.len().max(1))).iter().zip(panels) {
+            draw(area, panel)?;
+        }
+        root.present().map_err(undrawable)?;
+    }
+    Ok(svg)
+}
+
+fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
+    let (legend, plot) = area.split_vertically(LEGEND);
+    draw_legend(&legend, panel)?;
+    let (mut x, mut y) = (extent(panel, |point| point.0), extent(panel, |point| point.1));
+    if panel.equal_scales {
+        let (wide, high) = (f64::from(PANEL_WIDTH - 100), f64::from(PANEL_HEIGHT - 80));
+        let scale = ((x.1 - x.0) / wide).max((y.1 - y.0) / high);
+        x = about(x, scale * wide);
+        y = about(y, scale * high);
+    }
+    let mut chart = ChartBuilder::on(&plot)
+        .margin_right(20)
+        .margin_top(22)
+        .margin_left(8)
+        .caption(&panel.title, text(13, INK))
+        .x_label_area_size(40)
+        .y_label_area_size(60)
+        .build_cartesian_2d(x.0..x.1, y.0..y.1)
+        .map_err(undrawable)?;
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(GRID)
+        .axis_style(QUIET)
+        .label_style(text(12, INK))
+        .axis_desc_style(text(13, INK))
+        .x_desc(&panel.x_label)
+        .y_desc(&panel.y_label)
+        .x_labels(8)
+        .y_labels(8)
+        .draw()
+        .map_err(undrawable)?;
+    for series in &panel.series {
+        let points = thinned(&series.points);
+        if series.dashed {
+            let style = colour(series.colour).stroke_width(2);
+            chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
+        } else {
+            let style = colour(series.colour).stroke_width(1);
+            chart.draw_series(LineSeries::new(points, style)).map_err(undrawable)?;
+        }
+    }
+    Ok(())
+}
+
+fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
+    let mut x = 66;
+    for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
+        let style = colour(series.colour).stroke_width(3);
+        let pieces: &[(i32, i32)] = if series.dashed { &[(0, 9), (14, 23)] } else { &[(0, 23)] };
+        for &(from, to) in pieces {
+            area.draw(&PathElement::new([(x + from, 15), (x + to, 15)], style)).map_err(undrawable)?;
+        }
+        area.draw_text(&series.label, &text(12, INK), (x + 28, 8)).map_err(undrawable)?;
+        x += 28 + 7 * series.label.chars().count() as i32 + 16;
+    }
+    Ok(())
+}
+
+/// The range of all curves, with some air.
+fn extent(panel: &Panel, of: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
+    let values = || panel.series.iter().flat_map(|series| series.points.iter().map(|&point| of(point)));
+    let finite = || values().filter(|value| value.is_finite());
+    let (least, largest) =
+        (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
+    if least > largest {
+        return (0.0, 1.0);
+    }
+    let air = (0.05 * (largest - least)).max(1e-6);
+    (least - air, largest + air)
+}
+
+fn about(range: (f64, f64), length: f64) -> (f64, f64) {
+    let middle = 0.5 * (range.0 + range.1);
+    (middle - 0.5 * length, middle + 0.5 * length)
+}
+
+/// A curve of at most about [`MOST_POINTS`] points: of each stretch its first, lowest, highest and last one, so that what
+/// stands out stays.
+fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
+    let finite: Vec<_> =
+        points.iter().copied().filter(|point| point.0.is_finite() && point.1.is_finite()).collect();
+    if finite.len() <= MOST_POINTS {
+        return finite;
+    }
+    let stretch = finite.len().div_ceil(MOST_POINTS / 4);
+    let mut kept = Vec::new();
+    for part in finite.chunks(stretch) {
+        let extreme = |better: fn(f64, f64) -> bool| {
+            (1..part.len())
+                .fold(0, |best, index| if better(part[index].1, part[best].1) { index } else { best })
+        };
+        let mut indices = [0, extreme(|a, b| a < b), extreme(|a, b| a > b), part.len() - 1];
+        indices.sort_unstable();
+        for (place, &index) in indices.iter().enumerate() {
+            if place == 0 || indices[place - 1] != index {
+                kept.push(part[index]);
+            }
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_chart_names_everything_and_keeps_its_spikes() {
+        let wave: Vec<_> = (0..50_000)
+            .map(|i| (f64::from(i) * 1e-3, if i == 31_415 { 9.0 } else { (f64::from(i) * 1e-3).sin() }))
+            .collect();
+        assert!(thinned(&wave).len() <= MOST_POINTS + 4);
+        assert!(thinned(&wave).iter().any(|point| point.1 == 9.0));
+        let panel = |equal_scales| Panel {
+            title: "a panel".into(),
+            x_label: "time, s".into(),
+            y_label: "force, N".into(),
+            series: vec![
+                Series::solid("distributed", 0, wave.clone()),
+                Series::dashed("centralized", 1, vec![(0.0, 0.0), (f64::NAN, 1.0), (50.0, 1.0)]),
+            ],
+            equal_scales,
+        };
+        let svg = chart("the headline", &[panel(false), panel(true)]).unwrap();
+        for words in ["the headline", "a panel", "time, s", "force, N", "distributed", "centralized"] {
+            assert!(svg.contains(words), "{words}");
+        }
+        assert!(svg.len() < 300_000, "{}", svg.len());
+    }
+
+    #[test]
+    fn nothing_to_draw_is_drawn() {
+        let panel = Panel {
+            title: String::new(),
+            x_label: String::new(),
+            y_label: String::new(),
+            series: Vec::new(),
+            equal_scales: true,
+        };
+        assert!(chart("", &[panel]).unwrap().ends_with("</svg>\n"));
+    }
+}
