@@ -16,7 +16,7 @@ use crate::output::Output;
 /// The scene of `cotouch` alone.
 pub(crate) const DEFAULT_SCENE: &str = "grasp";
 /// How long a run takes when nothing is said, s.
-pub(crate) const DEFAULT_DURATION_S: f64 = 10.0;
+pub(crate) const DEFAULT_DURATION_S: f64 = 20.0;
 /// Where the page is when nothing is said.
 pub(crate) const DEFAULT_VIEWER: &str = "127.0.0.1:7700";
 

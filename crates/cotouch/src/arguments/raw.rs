@@ -31,11 +31,10 @@ pub(super) struct Flags {
 
 const EXAMPLES: &str = "\
 Examples:
-  cotouch                           run `single-axis` for 10 s; watch it on http://127.0.0.1:7700
+  cotouch                           run `grasp` for 20 s; watch it on http://127.0.0.1:7700
   cotouch run --virtual             the same in simulated time: deterministic and quick
   cotouch analyze stability         only say whether it is stable
-  cotouch run --set coupling.remote_hand_object.stiffness_n_per_m=4000
-                                    a loop that the analysis calls unstable
+  cotouch run grasp-centralized     the same world, kept by one host: a loop that the analysis calls unstable
   cotouch scene show single-axis > mine.toml
                                     a scene to change; then: cotouch run mine.toml
 
@@ -64,7 +63,7 @@ session was unstable: a force limit acted for more than 20 ms on end, or the cou
 
 Examples:
   cotouch run single-axis-centralized --duration 30
-  cotouch run --virtual --set link.delay_periods=3 --json
+  cotouch run single-axis --virtual --set link.delay_periods=3 --json
   cotouch run --impair loss_rate=0.02 --impair latency_s=0.004")]
     Run {
         /// A built-in scene (`cotouch scene list`) or a TOML file
@@ -172,7 +171,7 @@ struct RunFlags {
     /// Simulated time: one thread, simulated links, the same bytes every time; no page
     #[arg(long = "virtual", conflicts_with = "serve")]
     in_virtual_time: bool,
-    /// How long, s of session time [default: 10]; Ctrl-C ends it earlier
+    /// How long, s of session time [default: 20]; Ctrl-C ends it earlier
     #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     #[command(flatten)]
@@ -243,7 +242,8 @@ The spectral radius is the largest factor by which a disturbance grows in one pe
 the loop is stable. The exit status is 0 whatever the verdict.
 
 Example:
-  cotouch analyze stability --set coupling.remote_hand_object.stiffness_n_per_m=4000")]
+  cotouch analyze stability grasp
+  cotouch analyze stability single-axis --set coupling.remote_hand_object.stiffness_n_per_m=4000")]
     Stability {
         /// A built-in scene or a TOML file
         #[arg(default_value = DEFAULT_SCENE)]
