@@ -1,14 +1,15 @@
 //! Pictures, as SVG. The only module that draws.
 
 pub(crate) mod chart;
+mod paths;
 
 use std::ops::Range;
 
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Scene, Space};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 
-use crate::trace::{Envelope, HostTrace, Trace};
+use crate::trace::{self, Envelope, HostTrace, Trace};
 
 const WIDTH: u32 = 960;
 const HEADER: u32 = 64;
@@ -32,23 +33,31 @@ const COLOURS: [RGBColor; 8] = [
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Forces on the hands, and where hands and objects were, over a run: two panels, one above the other.
+/// Forces on the fingers, and where fingers and bodies were, over a run: on a line as curves over time, else as paths
+/// seen from above (or from the side, where there is gravity).
 pub(crate) fn session_picture(scene: &Scene, trace: &Trace, headline: &str) -> anyhow::Result<String> {
     let mut svg = String::new();
+    let on_a_line = scene.space == Space::Line;
+    let lower = if on_a_line { PANEL } else { paths::HEIGHT };
     {
-        let root = SVGBackend::with_string(&mut svg, (WIDTH, HEADER + 2 * PANEL)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (WIDTH, HEADER + PANEL + lower)).into_drawing_area();
         root.fill(&WHITE).map_err(undrawable)?;
         let (header, panels) = root.split_vertically(HEADER);
-        draw_header(&header, trace, headline)?;
-        let (forces, positions) = panels.split_vertically(PANEL);
-        draw_forces(&forces, trace)?;
-        draw_positions(&positions, scene, trace)?;
+        let styles = if on_a_line { "solid: hand, dashed: object" } else { "thin: fingers, thick: bodies" };
+        draw_header(&header, trace, headline, styles)?;
+        let (forces, places) = panels.split_vertically(PANEL);
+        draw_forces(&forces, trace, on_a_line)?;
+        if on_a_line {
+            draw_positions(&places, scene, trace)?;
+        } else {
+            paths::draw(&places, scene, trace)?;
+        }
         root.present().map_err(undrawable)?;
     }
     Ok(svg)
 }
 
-fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str) -> anyhow::Result<()> {
+fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str, styles: &str) -> anyhow::Result<()> {
     area.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
     let mut x = 16;
     for (index, host) in trace.hosts.iter().enumerate() {
@@ -57,26 +66,33 @@ fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str) -> anyhow::Result
         area.draw_text(&host.user, &text(13, INK), (x + 28, 39)).map_err(undrawable)?;
         x += 28 + 8 * host.user.chars().count() as i32 + 24;
     }
-    let styles = "solid: hand, dashed: object";
-    area.draw_text(styles, &text(13, QUIET), (WIDTH as i32 - 190, 39)).map_err(undrawable)
+    area.draw_text(styles, &text(13, QUIET), (WIDTH as i32 - 200, 39)).map_err(undrawable)
 }
 
-fn draw_forces(area: &Area<'_>, trace: &Trace) -> anyhow::Result<()> {
-    let curves = |host: &'_ HostTrace| vec![Curve { points: host.force_n.points().collect(), dashed: false }];
-    let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
-    draw_panel(area, &hosts, None, "force on the hand, N", "")
+fn draw_forces(area: &Area<'_>, trace: &Trace, on_a_line: bool) -> anyhow::Result<()> {
+    let curve =
+        |finger: &trace::FingerTrace| Curve { points: finger.force_n.points().collect(), dashed: false };
+    let hosts: Vec<Vec<Curve>> =
+        trace.hosts.iter().map(|host| host.fingers.iter().map(curve).collect()).collect();
+    let (y_label, x_label) =
+        if on_a_line { ("force on the hand, N", "") } else { ("force on each finger, N", "time, s") };
+    draw_panel(area, &hosts, None, y_label, x_label)
 }
 
 fn draw_positions(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
-    let largest = trace.hosts.iter().flat_map(|host| host.hand_m.points().chain(host.object_m.points()));
+    let curves = |host: &HostTrace| {
+        let fingers = host.fingers.iter().map(|finger| (finger.x_m.clone(), false));
+        fingers.chain(host.bodies.iter().map(|body| (body.x_m.clone(), true))).collect::<Vec<_>>()
+    };
+    let hosts: Vec<Vec<(Envelope, bool)>> = trace.hosts.iter().map(curves).collect();
+    let largest = hosts.iter().flatten().flat_map(|(curve, _)| curve.points());
     let largest = largest.map(|(_, metres)| metres.abs()).fold(0.0, f64::max);
     let (unit, label) = if largest < 0.5 { (1e3, "position, mm") } else { (1.0, "position, m") };
-    let scaled = |curve: &Envelope, dashed| Curve {
+    let scaled = |(curve, dashed): &(Envelope, bool)| Curve {
         points: curve.points().map(|(time_s, metres)| (time_s, unit * metres)).collect(),
-        dashed,
+        dashed: *dashed,
     };
-    let curves = |host: &HostTrace| vec![scaled(&host.hand_m, false), scaled(&host.object_m, true)];
-    let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
+    let hosts: Vec<Vec<Curve>> = hosts.iter().map(|curves| curves.iter().map(scaled).collect()).collect();
     let wall = scene.wall.exists().then_some(unit * scene.wall.position_m);
     draw_panel(area, &hosts, wall, label, "time, s")
 }
@@ -172,9 +188,9 @@ mod tests {
                 let t = f64::from(tick) / 1024.0;
                 let swing = (3.1 * t + index as f64).sin();
                 let buzz = if t > 6.0 { 0.4 * (200.0 * t).sin() } else { 0.0 };
-                host.force_n.push(t, 2.0 * swing + buzz);
-                host.hand_m.push(t, 0.05 * swing);
-                host.object_m.push(t, 0.047 * (3.1 * t + index as f64 - 0.1).sin());
+                host.fingers[0].force_n.push(t, 2.0 * swing + buzz);
+                host.fingers[0].x_m.push(t, 0.05 * swing);
+                host.bodies[0].x_m.push(t, 0.047 * (3.1 * t + index as f64 - 0.1).sin());
             }
         }
         (scene, trace)
@@ -190,6 +206,35 @@ mod tests {
             assert!(svg.contains(words), "{words}");
         }
         assert!(svg.len() < 400_000, "{} bytes", svg.len());
+        if let Ok(path) = std::env::var("COTOUCH_TEST_PICTURE") {
+            std::fs::write(path, svg).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_picture_of_a_plane_shows_paths_and_outlines() {
+        let scene = cotouch_scene::load("grasp", &[]).expect("a built-in scene");
+        let mut trace = Trace::new(&scene);
+        for (index, host) in trace.hosts.iter_mut().enumerate() {
+            for tick in 0..4096_u32 {
+                let t = f64::from(tick) / 1024.0;
+                let centre = glam::DVec3::new(0.05 * t.sin(), 0.03 * (2.0 * t).sin(), 0.0);
+                let turn = glam::DQuat::from_rotation_z(0.3 * t.sin());
+                for (number, finger) in host.fingers.iter_mut().enumerate() {
+                    finger.force_n.push(t, 2.0 + t.sin() + index as f64);
+                    let side = glam::DVec3::Y * if number == 0 { 0.05 } else { -0.05 };
+                    finger.path.push(cotouch_scene::geometry::Pose::at(centre + turn * side));
+                }
+                for body in &mut host.bodies {
+                    body.path.push(cotouch_scene::geometry::Pose { position: centre, orientation: turn });
+                }
+            }
+        }
+        let svg = session_picture(&scene, &trace, "grasp: stable, as predicted").unwrap();
+        for words in ["force on each finger, N", "x, mm", "y, mm", "anna"] {
+            assert!(svg.contains(words), "{words}");
+        }
+        assert!(svg.len() < 500_000, "{} bytes", svg.len());
         if let Ok(path) = std::env::var("COTOUCH_TEST_PICTURE") {
             std::fs::write(path, svg).unwrap();
         }

@@ -1,17 +1,25 @@
-//! What a run looked like, in bounded memory however long it was: the least and the largest value a stretch of time.
+//! What a run looked like, in bounded memory however long it was: the least and the largest value a stretch of time, and
+//! paths thinned by halves.
 
 use cotouch_runtime::record::TickRecord;
+use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Scene, Space};
+use glam::DVec3;
 
 /// Stretches that a curve is cut into, at most.
 const MOST_BINS: usize = 1024;
 
-/// What every host's user felt and where things were, along the scene's axis.
+/// Points of a path, at most.
+const MOST_POSES: usize = 1024;
+
+/// What every host's user felt and where things were.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Trace {
     /// One entry a host.
     pub(crate) hosts: Vec<HostTrace>,
+    /// On a line the force along it, else its magnitude.
+    on_a_line: bool,
 }
 
 /// One host's curves.
@@ -19,34 +27,112 @@ pub(crate) struct Trace {
 pub(crate) struct HostTrace {
     /// The user's name.
     pub(crate) user: String,
-    /// Force on the hand, N.
+    /// One entry a finger.
+    pub(crate) fingers: Vec<FingerTrace>,
+    /// This host's copy of every body that is not fixed.
+    pub(crate) bodies: Vec<BodyTrace>,
+}
+
+/// One finger's curves.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct FingerTrace {
+    /// What the device rendered, N.
     pub(crate) force_n: Envelope,
-    /// Where the hand was, m.
-    pub(crate) hand_m: Envelope,
-    /// Where this host's copy of the object was, m.
-    pub(crate) object_m: Envelope,
+    /// Position along x, m.
+    pub(crate) x_m: Envelope,
+    /// Where it went.
+    pub(crate) path: Path,
+}
+
+/// One body's curves.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct BodyTrace {
+    /// Which of the scene's bodies.
+    pub(crate) body: usize,
+    /// Position along x, m.
+    pub(crate) x_m: Envelope,
+    /// Where it went.
+    pub(crate) path: Path,
 }
 
 impl Trace {
     /// An empty trace of `scene`.
     pub(crate) fn new(scene: &Scene) -> Self {
         let period_s = scene.rates.control_hz.period_s();
+        let envelope = || Envelope::new(period_s);
+        let finger = || FingerTrace { force_n: envelope(), x_m: envelope(), path: Path::default() };
+        let bodies = scene.world_bodies();
+        let moving = || bodies.iter().enumerate().filter(|(_, body)| !body.fixed);
         let host = |user: &cotouch_scene::scene::User| HostTrace {
             user: user.name.clone(),
-            force_n: Envelope::new(period_s),
-            hand_m: Envelope::new(period_s),
-            object_m: Envelope::new(period_s),
+            fingers: user.fingers.iter().map(|_| finger()).collect(),
+            bodies: moving()
+                .map(|(body, _)| BodyTrace { body, x_m: envelope(), path: Path::default() })
+                .collect(),
         };
-        Self { hosts: scene.users.iter().map(host).collect() }
+        Self { hosts: scene.users.iter().map(host).collect(), on_a_line: scene.space == Space::Line }
     }
 
     /// Takes one tick.
     pub(crate) fn observe(&mut self, host: HostIndex, tick: &TickRecord) {
         let Some(trace) = self.hosts.get_mut(host.index()) else { return };
         let time_s = tick.instant.as_secs_f64();
-        trace.force_n.push(time_s, tick.commanded.force.x);
-        trace.hand_m.push(time_s, tick.reading.pose.position.x);
-        trace.object_m.push(time_s, tick.object.pose.position.x);
+        for (trace, finger) in trace.fingers.iter_mut().zip(&tick.fingers) {
+            let force = finger.commanded.force;
+            trace.force_n.push(time_s, if self.on_a_line { force.x } else { force.length() });
+            trace.x_m.push(time_s, finger.reading.pose.position.x);
+            trace.path.push(finger.reading.pose);
+        }
+        for trace in &mut trace.bodies {
+            let Some(body) = tick.bodies.get(trace.body) else { continue };
+            trace.x_m.push(time_s, body.state.pose.position.x);
+            trace.path.push(body.state.pose);
+        }
+    }
+}
+
+/// Poses at equal intervals, which double when there are too many; the last one always.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Path {
+    kept: Vec<Pose>,
+    last: Option<Pose>,
+    seen: u64,
+    /// Every `2^halvings`-th pose is kept.
+    halvings: u32,
+}
+
+impl Path {
+    /// Takes the next pose.
+    pub(crate) fn push(&mut self, pose: Pose) {
+        if !pose.position.is_finite() {
+            return;
+        }
+        if self.seen.is_multiple_of(1 << self.halvings) {
+            if self.kept.len() == MOST_POSES {
+                self.kept = self.kept.iter().step_by(2).copied().collect();
+                self.halvings += 1;
+            }
+            if self.seen.is_multiple_of(1 << self.halvings) {
+                self.kept.push(pose);
+            }
+        }
+        self.seen += 1;
+        self.last = Some(pose);
+    }
+
+    /// All that is kept, and the last one.
+    pub(crate) fn poses(&self) -> impl Iterator<Item = Pose> + Clone {
+        self.kept.iter().copied().chain(self.last)
+    }
+
+    /// The same without orientations.
+    pub(crate) fn points(&self) -> impl Iterator<Item = DVec3> + Clone {
+        self.poses().map(|pose| pose.position)
+    }
+
+    /// The first pose and the last one.
+    pub(crate) fn ends(&self) -> Option<(Pose, Pose)> {
+        Some((*self.kept.first()?, self.last?))
     }
 }
 
@@ -147,6 +233,19 @@ mod tests {
         assert!(largest > 6.0, "{largest}");
         let (start, end) = (curve.points().next().unwrap().0, curve.points().last().unwrap().0);
         assert!((0.0..2.0).contains(&start) && (990.0..=1000.0).contains(&end), "{start} {end}");
+    }
+
+    #[test]
+    fn a_path_keeps_its_ends_and_its_memory_is_bounded() {
+        let mut path = Path::default();
+        for tick in 0..100_001_u32 {
+            path.push(Pose::at(DVec3::X * f64::from(tick)));
+        }
+        assert!(path.poses().count() <= MOST_POSES + 1);
+        let (first, last) = path.ends().unwrap();
+        assert_eq!((first.position.x, last.position.x), (0.0, 100_000.0));
+        let steps: Vec<f64> = path.points().map(|point| point.x).collect();
+        assert!(steps.windows(2).all(|pair| pair[1] > pair[0] || pair[1] == 100_000.0));
     }
 
     #[test]
