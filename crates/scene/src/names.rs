@@ -254,7 +254,14 @@ mod tests {
         ] {
             assert_eq!(name.parse::<Coordinate>().unwrap().to_string(), name);
         }
-        for name in ["", "host0.hand.x", "host1.held.host2.hand.v.age0", "host1.foot.x", "host1.hand1.x", "host1.hand02x.x"] {
+        for name in [
+            "",
+            "host0.hand.x",
+            "host1.held.host2.hand.v.age0",
+            "host1.foot.x",
+            "host1.hand1.x",
+            "host1.hand02x.x",
+        ] {
             assert!(name.parse::<Coordinate>().is_err(), "{name}");
         }
     }
