@@ -42,7 +42,8 @@ impl Copies {
             let body = &state.bodies[index];
             let stretch = Stretch::between(body.point(), copy.point());
             let slot = copy_slot(host.index(), index);
-            output.wrenches[index].force += couple(output, slot, true, model.object_object, fade, stretch);
+            let pull = couple(output, slot, true, model.object_object, fade, stretch);
+            output.wrenches[index].force += pull;
             if model.turns {
                 let spring = model.object_object_rotational;
                 let turn = Turn::between(

@@ -70,6 +70,18 @@ pub struct StationState {
     pub last_readings: Readings,
 }
 
+impl StationState {
+    /// Whether this is a state of a station of `model`: one that was read may be of another scene.
+    #[must_use]
+    pub fn fits(&self, model: &HostModel) -> bool {
+        let fingers = self.governors.len();
+        self.host.fits(model)
+            && (1..=model.own_fingers()).contains(&fingers)
+            && self.ports.len() == fingers
+            && self.last_readings.len() == fingers
+    }
+}
+
 /// What is known of the instant that is being worked on.
 #[derive(Clone, Debug, Default)]
 struct Instant {
