@@ -36,6 +36,7 @@ mod consistency;
 pub mod error;
 pub mod geometry;
 mod keys;
+pub mod mechanism;
 pub mod mesh;
 pub mod names;
 pub mod overrides;
