@@ -37,6 +37,7 @@ pub mod error;
 pub mod geometry;
 mod keys;
 pub mod mass;
+pub mod mechanism;
 pub mod mesh;
 pub mod names;
 pub mod overrides;
