@@ -26,8 +26,11 @@ pub(crate) struct BodyModel {
 
 impl BodyModel {
     pub(crate) fn new(scene: &Scene, body: &Body) -> Self {
-        let surface =
-            if scene.space == Space::Plane { Surface::planar(&body.shape) } else { Surface::new(&body.shape) };
+        let surface = if scene.space == Space::Plane {
+            Surface::planar(&body.shape)
+        } else {
+            Surface::new(&body.shape)
+        };
         let (inertia, freedom) = (Inertia::of(body), Freedom::of(scene.space));
         let period_s = scene.rates.control_hz.period_s();
         let damping = &scene.object;
@@ -60,9 +63,8 @@ impl BodyModel {
 
     /// Whether a body without a surface touches a wall.
     pub(crate) fn touches_wall(&self, body: &BodyState) -> bool {
-        let touches = |(wall, axis): &(Wall, DVec3)| {
-            cotouch_world::wall::touches(wall, *axis, body.pose.position)
-        };
+        let touches =
+            |(wall, axis): &(Wall, DVec3)| cotouch_world::wall::touches(wall, *axis, body.pose.position);
         self.walls.iter().any(touches)
     }
 

@@ -14,7 +14,12 @@ use crate::state::HostState;
 
 /// What the server returns to a finger of `client` at a network step: the force of this instant, of the held finger and
 /// the present bodies. The tick that follows finds the same and moves contacts on; nothing moves here.
-pub(crate) fn force_on_client(model: &HostModel, state: &HostState, client: HostIndex, finger: usize) -> DVec3 {
+pub(crate) fn force_on_client(
+    model: &HostModel,
+    state: &HostState,
+    client: HostIndex,
+    finger: usize,
+) -> DVec3 {
     let finger = held_finger(state, client, finger);
     force_of_pull(model, state, finger) + model.force_of_touch(state, finger)
 }

@@ -63,32 +63,35 @@ impl Contacts {
             dynamic_friction: wall.dynamic_friction,
             ..finger(normal, tangential)
         };
-        let cancellation = contact.moment_cancellation.then(|| Cancellation {
-            max_force_n: scene.governor.max_force_n,
-            mass_kg: scene.hand.mass_kg,
-        });
+        let cancellation = contact
+            .moment_cancellation
+            .then(|| Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
         let has_world = role != Role::Client;
         let surfaces: Vec<usize> =
             (0..bodies.len()).filter(|&body| has_world && bodies[body].surface.exists()).collect();
-        let walls: Vec<Plane> = if surfaces.is_empty() {
-            Vec::new()
-        } else {
-            scene.walls().iter().map(Plane::new).collect()
-        };
+        let walls: Vec<Plane> =
+            if surfaces.is_empty() { Vec::new() } else { scene.walls().iter().map(Plane::new).collect() };
         let mut slots = 0;
         let mut take = |count: usize| {
             slots += count;
             slots - count
         };
-        let first_finger = fingers.iter().map(|&fingers| take(usize::from(fingers) * surfaces.len())).collect();
+        let first_finger =
+            fingers.iter().map(|&fingers| take(usize::from(fingers) * surfaces.len())).collect();
         let groups = groups(bodies, &surfaces, walls.len(), &mut take);
         Self {
-            own: ContactModel { cancellation, ..finger(coupling.hand_object, coupling.hand_object_tangential) },
+            own: ContactModel {
+                cancellation,
+                ..finger(coupling.hand_object, coupling.hand_object_tangential)
+            },
             held: finger(coupling.remote_hand_object, coupling.remote_hand_object_tangential),
-            wall: corner(of_wall(scene), SpringDamper {
-                stiffness_n_per_m: wall.tangential_stiffness_n_per_m,
-                damping_n_s_per_m: wall.tangential_damping_n_s_per_m,
-            }),
+            wall: corner(
+                of_wall(scene),
+                SpringDamper {
+                    stiffness_n_per_m: wall.tangential_stiffness_n_per_m,
+                    damping_n_s_per_m: wall.tangential_damping_n_s_per_m,
+                },
+            ),
             body: corner(contact.body_body, contact.body_body_tangential),
             surfaces,
             first_finger,
@@ -160,7 +163,12 @@ impl HostModel {
 
     /// The contacts of one finger with all bodies, one tick on: wrenches on bodies into `output`. The force on the
     /// finger, N.
-    pub(crate) fn touch_bodies(&self, state: &mut HostState, output: &mut TickOutput, touching: Touching) -> DVec3 {
+    pub(crate) fn touch_bodies(
+        &self,
+        state: &mut HostState,
+        output: &mut TickOutput,
+        touching: Touching,
+    ) -> DVec3 {
         let mut on_finger = DVec3::ZERO;
         for (nth, &index) in self.contacts.surfaces.iter().enumerate() {
             let slot = self.contacts.finger_slot(touching.host, touching.finger, nth);
@@ -189,7 +197,8 @@ impl HostModel {
                 slot: self.finger_slot(touching.host, finger, index),
                 held: touching.host != self.host,
                 stiffness_n_per_m: touching.fade * model.normal.stiffness_n_per_m,
-                stretch: found.normal * found.depth_m + slip(model, contact, &body.pose, &sphere, found.normal),
+                stretch: found.normal * found.depth_m
+                    + slip(model, contact, &body.pose, &sphere, found.normal),
             });
         }
         on_finger
@@ -231,7 +240,8 @@ impl HostModel {
     }
 
     fn is_near(&self, state: &HostState, group: &Group) -> bool {
-        let place = |body: usize| (state.bodies[body].pose.position, self.bodies[body].surface.bounding_radius_m());
+        let place =
+            |body: usize| (state.bodies[body].pose.position, self.bodies[body].surface.bounding_radius_m());
         let (position, radius_m) = place(group.body);
         match group.against {
             ContactSurface::Wall(wall) => self.contacts.walls[usize::from(wall)].height(position) <= radius_m,
@@ -250,9 +260,12 @@ impl HostModel {
             let contact = &mut state.contacts[group.first + index];
             let sphere = Sphere::of_corner(corner, (&body.pose, &body.twist));
             let found = match group.against {
-                ContactSurface::Wall(wall) => {
-                    touch_plane(&self.contacts.wall, contact, &self.contacts.walls[usize::from(wall)], &sphere)
-                }
+                ContactSurface::Wall(wall) => touch_plane(
+                    &self.contacts.wall,
+                    contact,
+                    &self.contacts.walls[usize::from(wall)],
+                    &sphere,
+                ),
                 ContactSurface::Body(other) => {
                     let other = usize::from(other);
                     let BodyModel { surface, inverse_mass_per_kg, .. } = &self.bodies[other];

@@ -16,7 +16,12 @@ use crate::packets::hand_of;
 use crate::state::HostState;
 
 /// All forces of one tick at a peer or a server.
-pub(crate) fn of_world(model: &HostModel, state: &mut HostState, readings: &Readings, output: &mut TickOutput) {
+pub(crate) fn of_world(
+    model: &HostModel,
+    state: &mut HostState,
+    readings: &Readings,
+    output: &mut TickOutput,
+) {
     for (finger, reading) in readings.iter().enumerate() {
         let place = Some((reading.pose.position, reading.twist.linear));
         let touching = Touching { host: model.host, finger, place, fade: 1.0 };
@@ -60,7 +65,8 @@ fn pull(model: &HostModel, state: &HostState, output: &mut TickOutput, finger: T
     let Some(hand) = finger.place else { return on_finger };
     for &body in &model.points {
         let stretch = Stretch::between(state.bodies[body].point(), hand);
-        let (spring, slot) = (model.coupling_to(finger.host), model.finger_slot(finger.host, finger.finger, body));
+        let (spring, slot) =
+            (model.coupling_to(finger.host), model.finger_slot(finger.host, finger.finger, body));
         let from_hand = couple(output, slot, finger.host != model.host, spring, finger.fade, stretch);
         output.wrenches[body].force += from_hand;
         on_finger -= from_hand;
@@ -96,6 +102,7 @@ pub(crate) fn couple(
 ) -> DVec3 {
     let stiffness_n_per_m = fade * spring.stiffness_n_per_m;
     // What finds no place in the list counts all the same.
-    let _ = output.couplers.try_push(CouplerOutput { slot, held, stiffness_n_per_m, stretch: stretch.position });
+    let _ =
+        output.couplers.try_push(CouplerOutput { slot, held, stiffness_n_per_m, stretch: stretch.position });
     fade * cotouch_world::coupler::force(spring, stretch)
 }

@@ -128,9 +128,11 @@ impl HostModel {
     pub fn state_bytes(&self) -> usize {
         const ENTRY: usize = 112;
         const CONTACT: usize = 192;
-        let entries = |host: HostIndex| usize::from(self.fingers[host.index()]) + self.bodies.len() + MAX_FINGERS;
+        let entries =
+            |host: HostIndex| usize::from(self.fingers[host.index()]) + self.bodies.len() + MAX_FINGERS;
         let samples = |host: HostIndex| self.play_out_periods[host.index()] as usize + 18;
-        let peers: usize = self.sources().map(|host| 256 + samples(host) * (16 + entries(host) * ENTRY)).sum();
+        let peers: usize =
+            self.sources().map(|host| 256 + samples(host) * (16 + entries(host) * ENTRY)).sum();
         4096 + peers + self.bodies.len() * ENTRY + self.contacts.slots() * CONTACT
     }
 }
@@ -142,4 +144,3 @@ fn role(architecture: Architecture, host: HostIndex) -> Role {
         Architecture::Centralized => Role::Client,
     }
 }
-

@@ -12,7 +12,13 @@ use crate::model::HostModel;
 use crate::state::HostState;
 
 /// What a peer or a client says about itself: its fingers, and a peer's copies of bodies.
-pub(crate) fn of_self(model: &HostModel, state: &HostState, step: u64, readings: &Readings, copies: bool) -> StatePacket {
+pub(crate) fn of_self(
+    model: &HostModel,
+    state: &HostState,
+    step: u64,
+    readings: &Readings,
+    copies: bool,
+) -> StatePacket {
     let mut packet = StatePacket { step, entries: ArrayVec::new() };
     push_hands(&mut packet, readings);
     if copies {

@@ -12,8 +12,8 @@ use cotouch_device::device::{Device, WorldView};
 use cotouch_device::energy::PortEnergy;
 use cotouch_device::governor::{Governor, GovernorInput, GovernorOutput, GovernorState};
 use cotouch_host::model::{HostModel, MAX_BODIES, Role};
-use cotouch_host::state::HostState;
 use cotouch_host::output::TickOutput;
+use cotouch_host::state::HostState;
 use cotouch_net::packet::StatePacket;
 use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrenches};
 use cotouch_scene::names::HostIndex;
@@ -232,7 +232,9 @@ impl<D: Device> Station<D> {
         let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
         self.device.observe(&WorldView { bodies: &view });
         let write_failed = self.device.write(&commanded).is_err();
-        for ((port, reading), wrench) in self.state.ports.iter_mut().zip(&self.instant.readings).zip(&commanded) {
+        for ((port, reading), wrench) in
+            self.state.ports.iter_mut().zip(&self.instant.readings).zip(&commanded)
+        {
             port.observe(reading, *wrench);
         }
         // What a hand does when its force is taken away says nothing about the loop.

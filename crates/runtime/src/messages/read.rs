@@ -85,10 +85,16 @@ fn contact(message: &types::Contact) -> Result<ContactRecord, MalformedMessage> 
     };
     let phase = match (message.phase(), message.pulses_left) {
         (types::contact::Phase::Free, None) => Phase::Free,
-        (types::contact::Phase::MomentCancellation, Some(pulses_left)) => Phase::MomentCancellation { pulses_left },
+        (types::contact::Phase::MomentCancellation, Some(pulses_left)) => {
+            Phase::MomentCancellation { pulses_left }
+        }
         (types::contact::Phase::PreSlide, None) => Phase::PreSlide,
         (types::contact::Phase::Slide, None) => Phase::Slide,
-        _ => return Err(MalformedMessage::Missing("pulses left where there is no moment cancellation, or none where there is")),
+        _ => {
+            return Err(MalformedMessage::Missing(
+                "pulses left where there is no moment cancellation, or none where there is",
+            ));
+        }
     };
     Ok(ContactRecord { point, surface, phase, force: vector(message.force_n), depth_m: message.depth_m })
 }

@@ -87,7 +87,8 @@ fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
 }
 
 fn contact(contact: &ContactRecord) -> types::Contact {
-    let mut message = types::Contact { force_n: vector(contact.force), depth_m: contact.depth_m, ..Default::default() };
+    let mut message =
+        types::Contact { force_n: vector(contact.force), depth_m: contact.depth_m, ..Default::default() };
     match contact.point {
         ContactPoint::Finger { host, finger } => {
             (message.host, message.finger) = (Some(number(host)), Some(from_1(finger)));
@@ -100,12 +101,12 @@ fn contact(contact: &ContactRecord) -> types::Contact {
         ContactSurface::Body(body) => message.touched_body = Some(from_1(body)),
         ContactSurface::Wall(wall) => message.touched_wall = Some(from_1(wall)),
     }
+    if let Phase::MomentCancellation { pulses_left } = contact.phase {
+        message.pulses_left = Some(pulses_left);
+    }
     message.set_phase(match contact.phase {
         Phase::Free => types::contact::Phase::Free,
-        Phase::MomentCancellation { pulses_left } => {
-            message.pulses_left = Some(pulses_left);
-            types::contact::Phase::MomentCancellation
-        }
+        Phase::MomentCancellation { .. } => types::contact::Phase::MomentCancellation,
         Phase::PreSlide => types::contact::Phase::PreSlide,
         Phase::Slide => types::contact::Phase::Slide,
     });

@@ -110,7 +110,8 @@ impl Resimulated {
     }
 
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
-        self.station.device = RecordedDevice { readings: recorded.readings.clone(), failed: recorded.device_failed };
+        self.station.device =
+            RecordedDevice { readings: recorded.readings.clone(), failed: recorded.device_failed };
         self.station.begin(tick);
         self.station.respond(|_, _| {});
         self.station.finish(Punctuality::default)
@@ -128,9 +129,8 @@ impl Resimulated {
                 };
                 comparison.first_difference = Some(TickDifference { host, tick, difference });
             }
-        } else if let Some(state) = postcard::from_bytes::<StationState>(bytes)
-            .ok()
-            .filter(|state| state.fits(&self.station.model))
+        } else if let Some(state) =
+            postcard::from_bytes::<StationState>(bytes).ok().filter(|state| state.fits(&self.station.model))
         {
             self.station.state = state;
             self.in_step = true;
