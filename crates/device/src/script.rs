@@ -1,26 +1,39 @@
-//! What a simulated hand does: a user's actions in order, as a force and a path to track.
+//! What a simulated user does: actions in order, as forces and as paths that the fingers track.
 //!
-//! Two things come from a script at each tick: a force that the muscles add, and a [`Target`] that the hand is drawn
-//! to by `user.tracking`. That impedance belongs to the loop, so it must not change within a run: it is there during
-//! the whole run when any action of the script tracks, and absent when none does ([`Script::tracking`]).
-//! During actions that do not track, the target stays at its last value, and what the action pushes comes on top.
+//! Two things come from a script at each tick and for each finger that follows it: a force that the muscles add, and a
+//! [`Target`] that the finger is drawn to by `user.tracking`. That impedance belongs to the loop, so it must not change
+//! within a run: it is there during the whole run when any action of the script tracks, and absent when none does
+//! ([`Script::tracking`]). During actions that do not track, the target stays at its last value, and what the action
+//! pushes comes on top.
 //!
 //! The target never jumps, nor does its velocity or acceleration. Each action is a path of its own plus a
 //! [`Transition`] from where the target was:
-//! - `reach`: the minimum-jerk path from the target's present motion to `to_m`, over the whole duration;
+//! - `reach`: the minimum-jerk path from the target's present motion to `to_m`, over the whole duration; of several
+//!   fingers the first goes there, and the others move alike;
 //! - `hold`: a fixed point; `sinusoid`: a sinusoid about a fixed point. After an action that tracked, that point is
 //!   the one that was tracked last, so that a hand that lags under a load stays where it is instead of sagging
-//!   further; otherwise (and at the beginning) it is where the hand was. A sinusoid after a sinusoid keeps its
+//!   further; otherwise (and at the beginning) it is where the finger was. A sinusoid after a sinusoid keeps its
 //!   centre. The transition takes [`TRANSITION_S`], or the action's duration if that is shorter;
+//! - `grasp`: a straight path towards the body's side, whose speed rises within [`TRANSITION_S`]; once the finger feels
+//!   enough of the body, a transition to the point at which it keeps pressing so;
+//! - `carry`, `carry-to`, `lift`: minimum-jerk paths, the same for all fingers; `turn`: all targets turn about one
+//!   centre by a minimum-jerk angle; the distances from target to finger, which are the grip, stay;
+//! - `let-go`: a minimum-jerk path back from where the finger is;
 //! - all others: the last point; a target in motion comes to rest there in the same way.
 //!
+//! What fingers feel and what the user sees has an effect at events only: it ends an action, stops a closing finger,
+//! and sets where a path begins. In between a finger is a linear system.
+//!
 //! Actions begin at the first tick at or after the sum of the durations before them, and time within an action counts
-//! from that sum: nothing is lost to rounding to ticks.
+//! from that sum: nothing is lost to rounding to ticks. An action that an event ended was over at that tick's instant.
 
-use std::f64::consts::TAU;
+mod grip;
+mod path;
 
+use arrayvec::ArrayVec;
+use cotouch_scene::geometry::{MAX_FINGERS, Pose};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, SpringDamper, User};
+use cotouch_scene::scene::{Action, Scene, Space, SpringDamper};
 use cotouch_scene::time::{Rate, SessionTime};
 use glam::DVec3;
 use rand::SeedableRng;
@@ -29,65 +42,150 @@ use serde::{Deserialize, Serialize};
 
 use crate::target::{Target, Transition};
 use crate::tremor::Tremor;
+use grip::Side;
+pub(crate) use grip::free_axes;
 
-/// Seconds in which a target moves over to a new path (about a person's reaction time).
+/// Seconds in which a target moves over to a new path, a finger gains its closing speed and a push fades in or out
+/// (about a person's reaction time).
 pub const TRANSITION_S: f64 = 0.2;
 
-/// A user's script, ready to run: constants only.
+/// Time constant with which a user judges a load, s.
+pub const LOAD_TIME_S: f64 = 0.05;
+
+/// A script, ready to run: constants only.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Script {
-    actions: Vec<(Action, Option<Tremor>)>,
+    steps: Vec<Step>,
     repeat: bool,
     tracking: SpringDamper,
+    /// k_h, which a pressing finger must overcome.
+    arm_stiffness_n_per_m: f64,
+    space: Space,
+    /// The direction of gravity, if there is any.
+    down: Option<DVec3>,
+    /// One a body.
+    sides: Vec<Side>,
     control: Rate,
     period_s: f64,
+    /// 1 − e^{−T/[`LOAD_TIME_S`]}.
+    load_share: f64,
 }
 
-/// How far a script is. A plain value: with the script and the tick it decides what comes next.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
+struct Step {
+    action: Action,
+    tremor: Option<Tremor>,
+    /// The body that a `grasp` names.
+    body: Option<usize>,
+}
+
+/// How far a script is. A plain value: with the script, the tick, and what is felt and seen it decides what comes next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ScriptState {
     /// Index of the present action; the number of actions when the script is over.
     pub action: usize,
     /// When it began, before rounding up to a tick.
     pub began: SessionTime,
-    /// The first tick that does not belong to it.
+    /// The first tick that does not belong to it (unless an event ends it before).
     pub until_tick: u64,
     /// The first tick at which a `push-and-let-go` no longer pushes.
     pub let_go_tick: u64,
+    /// One a finger that follows the script.
+    pub fingers: ArrayVec<FingerPath, MAX_FINGERS>,
+    /// The body that was grasped last.
+    pub body: Option<usize>,
+    /// What a `turn` turns about, m.
+    pub centre: DVec3,
+    /// The sum of the forces that the fingers feel, along gravity, smoothed, N.
+    pub load_n: f64,
+    /// The same when the present action began.
+    pub load_at_begin_n: f64,
+}
+
+/// The path that one finger's target follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct FingerPath {
     /// The fixed point of the present path, m.
     pub anchor: DVec3,
     /// From the last path to the present one.
     pub transition: Transition,
+    /// When in the action the transition began, s.
+    pub transition_began_s: f64,
+    /// Whether the finger is on its way to a body that it is to grasp.
+    pub closing: bool,
+    /// Where a `grasp` presses to, a unit vector; zero before the first one.
+    pub approach: DVec3,
+    /// The same in the body's frame.
+    pub grip: DVec3,
 }
 
-/// What a script asks of the hand during one tick.
+/// What a finger is and feels at a tick.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Touch {
+    /// m.
+    pub position: DVec3,
+    /// Where the arm draws it, m.
+    pub rest: DVec3,
+    /// The device's force on it, N.
+    pub felt: DVec3,
+}
+
+/// What a script asks of a finger during one tick.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Drive {
     /// Muscle force, N.
     pub force: DVec3,
-    /// Where tracking draws the hand.
+    /// Where tracking draws the finger.
     pub target: Target,
 }
 
+/// One drive a finger.
+pub type Drives = ArrayVec<Drive, MAX_FINGERS>;
+
 impl Script {
-    /// The script of the user at `host`. `seed` is the scene's; each user's tremor differs.
+    /// The script of the user at `host`, or the own one of that user's finger number `finger` (from 0). Tremors are
+    /// seeded by the scene; each user's and each finger's differs.
+    ///
+    /// # Panics
+    /// When the scene has no such host or finger.
     #[must_use]
-    pub fn new(user: &User, seed: u64, host: HostIndex, control: Rate) -> Self {
-        // Weyl's sequence keeps the seeds of different users apart; the generator hashes what it is given.
+    pub fn of_scene(scene: &Scene, host: HostIndex, finger: Option<usize>) -> Self {
+        let user = &scene.users[host.index()];
+        let actions = finger.map_or(&user.script, |finger| &user.fingers[finger].script);
+        // Weyl's sequence keeps the seeds apart; the generator hashes what it is given.
+        let apart = |number: usize, step: u64| (number as u64).wrapping_mul(step);
         let mut random = Pcg64::seed_from_u64(
-            seed.wrapping_add((host.index() as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+            scene
+                .session
+                .seed
+                .wrapping_add(apart(host.index(), 0x9E37_79B9_7F4A_7C15))
+                .wrapping_add(apart(finger.map_or(0, |finger| finger + 1), 0xD1B5_4A32_D192_ED03)),
         );
-        let with_tremor = |action: &Action| match *action {
-            Action::Tremor { rms_n, .. } => (action.clone(), Some(Tremor::new(rms_n, &mut random))),
-            _ => (action.clone(), None),
+        let bodies = scene.world_bodies();
+        let mut step = |action: &Action| Step {
+            tremor: match *action {
+                Action::Tremor { rms_n, .. } => Some(Tremor::new(rms_n, &mut random)),
+                _ => None,
+            },
+            body: match action {
+                Action::Grasp { body, .. } => bodies.iter().position(|one| one.name == *body),
+                _ => None,
+            },
+            action: action.clone(),
         };
         let none = SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 };
+        let period_s = scene.rates.control_hz.period_s();
         Self {
-            actions: user.script.iter().map(with_tremor).collect(),
+            steps: actions.iter().map(&mut step).collect(),
             repeat: user.repeat,
-            tracking: if user.script.iter().any(Action::tracks) { user.tracking } else { none },
-            control,
-            period_s: control.period_s(),
+            tracking: if actions.iter().any(Action::tracks) { user.tracking } else { none },
+            arm_stiffness_n_per_m: scene.hand.stiffness_n_per_m,
+            space: scene.space,
+            down: scene.gravity_m_per_s2.try_normalize(),
+            sides: bodies.iter().map(|body| Side::of_shape(&body.shape)).collect(),
+            control: scene.rates.control_hz,
+            period_s,
+            load_share: -(-period_s / LOAD_TIME_S).exp_m1(),
         }
     }
 
@@ -97,107 +195,97 @@ impl Script {
         self.period_s
     }
 
-    /// The impedance by which the hand is drawn to the target: constant over the run, part of the loop.
+    /// The impedance by which fingers are drawn to their targets: constant over the run, part of the loop.
     #[must_use]
     pub fn tracking(&self) -> SpringDamper {
         self.tracking
     }
 
-    /// The state at `tick` of a hand that rests at `position` (m): the first action begins there.
+    /// The state at `tick` of a user whose fingers rest as `touches` say: the first action begins there.
     #[must_use]
-    pub fn begin(&self, tick: u64, position: DVec3) -> ScriptState {
+    pub fn begin(&self, tick: u64, touches: &[Touch], bodies: &[Pose]) -> ScriptState {
         let began = self.control.instant(tick);
+        let at_rest = |touch: &Touch| FingerPath { anchor: touch.position, ..FingerPath::default() };
         let nothing = ScriptState {
-            action: self.actions.len(),
+            action: self.steps.len(),
             began,
             until_tick: tick,
             let_go_tick: 0,
-            anchor: position,
-            transition: Transition::default(),
+            fingers: touches.iter().map(at_rest).collect(),
+            body: None,
+            centre: DVec3::ZERO,
+            load_n: 0.0,
+            load_at_begin_n: 0.0,
         };
-        self.enter(&nothing, 0, began, position)
+        self.enter(&nothing, 0, began, touches, bodies)
     }
 
-    /// What is asked of the hand from `tick` to the next; `position` is the hand's at `tick`. To be called for ticks
-    /// in order. No allocation; at most one pass over the script, however short its actions are.
-    pub fn drive(&self, state: &mut ScriptState, tick: u64, position: DVec3) -> Drive {
-        for _ in 0..=self.actions.len() {
+    /// What is asked of the fingers from `tick` to the next; `touches` are theirs at `tick`, one for each in the state, and
+    /// `bodies` where the user sees the scene's bodies. To be called for ticks in order. No allocation; at most one
+    /// pass over the script, however short its actions are.
+    pub fn drive(&self, state: &mut ScriptState, tick: u64, touches: &[Touch], bodies: &[Pose]) -> Drives {
+        if self.is_ended_by_event(state, tick, touches) {
+            let next = self.after(state.action);
+            *state = self.enter(state, next, self.control.instant(tick), touches, bodies);
+        }
+        for _ in 0..=self.steps.len() {
             if tick < state.until_tick {
                 break;
             }
-            let (next, at) = self.next(state);
-            *state = self.enter(state, next, at, position);
+            let at = self.end(state);
+            *state = self.enter(state, self.after(state.action), at, touches, bodies);
         }
-        let elapsed_s = (tick as f64 * self.period_s - state.began.as_secs_f64()).max(0.0);
-        Drive { force: self.force(state, tick, elapsed_s), target: self.target(state, elapsed_s) }
+        let elapsed_s = self.elapsed_s(state, tick);
+        let force = self.force(state, tick, elapsed_s);
+        let drive = |finger| Drive { force, target: self.target(state, finger, elapsed_s) };
+        (0..state.fingers.len()).map(drive).collect()
     }
 
-    fn next(&self, state: &ScriptState) -> (usize, SessionTime) {
-        let Some((action, _)) = self.actions.get(state.action) else {
-            return (state.action, SessionTime(i64::MAX));
-        };
-        let last = state.action + 1 == self.actions.len();
-        (if last && self.repeat { 0 } else { state.action + 1 }, after(state.began, action.duration_s()))
+    fn elapsed_s(&self, state: &ScriptState, tick: u64) -> f64 {
+        (tick as f64 * self.period_s - state.began.as_secs_f64()).max(0.0)
+    }
+
+    /// Which action comes after number `action`.
+    fn after(&self, action: usize) -> usize {
+        match action + 1 {
+            next if next == self.steps.len() && self.repeat => 0,
+            next => next.min(self.steps.len()),
+        }
+    }
+
+    /// When the present action ends, if no event ends it.
+    fn end(&self, state: &ScriptState) -> SessionTime {
+        self.action(state.action).map_or(SessionTime(i64::MAX), |action| end_of(action, state.began))
     }
 
     /// The state at the beginning of action `index`, which comes after what `before` describes.
-    fn enter(&self, before: &ScriptState, index: usize, began: SessionTime, position: DVec3) -> ScriptState {
-        let target = self.target(before, began.since(before.began) as f64 * 1e-9);
-        let tracked = self.action(before.action).is_some_and(Action::tracks);
-        let last_point = if tracked { target.position } else { before.anchor };
+    fn enter(
+        &self,
+        before: &ScriptState,
+        index: usize,
+        began: SessionTime,
+        touches: &[Touch],
+        bodies: &[Pose],
+    ) -> ScriptState {
         let action = self.action(index);
-        let duration_s = action.map_or(f64::INFINITY, Action::duration_s);
-        let (anchor, transition_s) = match (action, self.action(before.action)) {
-            (Some(&Action::Reach { to_m, .. }), _) => (to_m, duration_s),
-            (Some(Action::Sinusoid { .. }), Some(Action::Sinusoid { .. })) => (before.anchor, TRANSITION_S),
-            (Some(Action::Hold { .. } | Action::Sinusoid { .. }), _) if !tracked => (position, TRANSITION_S),
-            _ => (last_point, TRANSITION_S),
-        };
+        let until = action.map_or(SessionTime(i64::MAX), |action| end_of(action, began));
         let mut state = ScriptState {
             action: index,
             began,
-            until_tick: self.first_tick_at(after(began, duration_s)),
+            until_tick: self.first_tick_at(until),
             let_go_tick: 0,
-            anchor,
-            transition: Transition::default(),
+            load_at_begin_n: before.load_n,
+            ..before.clone()
         };
         if let Some(&Action::PushAndLetGo { push_s, .. }) = action {
             state.let_go_tick = self.first_tick_at(after(began, push_s));
         }
-        let offset = target.minus(self.target(&state, 0.0));
-        state.transition = Transition { from: offset, duration_s: transition_s.min(duration_s) };
+        self.lay_paths(before, &mut state, touches, bodies);
         state
     }
 
     fn action(&self, index: usize) -> Option<&Action> {
-        self.actions.get(index).map(|(action, _)| action)
-    }
-
-    fn target(&self, state: &ScriptState, elapsed_s: f64) -> Target {
-        let path = match self.action(state.action) {
-            Some(&Action::Sinusoid { amplitude_m, frequency_hz, phase_rad, .. }) => {
-                let rate = TAU * frequency_hz;
-                Target::on_sinusoid(state.anchor, amplitude_m, rate, rate * elapsed_s + phase_rad)
-            }
-            _ => Target::at(state.anchor),
-        };
-        if elapsed_s < state.transition.duration_s {
-            path.plus(state.transition.offset(elapsed_s))
-        } else {
-            path
-        }
-    }
-
-    fn force(&self, state: &ScriptState, tick: u64, elapsed_s: f64) -> DVec3 {
-        match self.actions.get(state.action) {
-            Some(&(Action::Force { force_n, .. }, _)) => force_n,
-            Some(&(Action::PushAndLetGo { force_n, .. }, _)) if tick < state.let_go_tick => force_n,
-            Some(&(Action::SinusoidalForce { amplitude_n, frequency_hz, phase_rad, .. }, _)) => {
-                amplitude_n * (TAU * frequency_hz * elapsed_s + phase_rad).sin()
-            }
-            Some((Action::Tremor { .. }, Some(tremor))) => tremor.force(elapsed_s),
-            _ => DVec3::ZERO,
-        }
+        self.steps.get(index).map(|step| &step.action)
     }
 
     fn first_tick_at(&self, time: SessionTime) -> u64 {
@@ -206,6 +294,14 @@ impl Script {
         }
         let tick = self.control.last_tick_at(time);
         if self.control.instant(tick) < time { tick + 1 } else { tick }
+    }
+}
+
+/// When `action` ends that began at `began`, if no event ends it.
+fn end_of(action: &Action, began: SessionTime) -> SessionTime {
+    match *action {
+        Action::WaitUntil { until_s } => began.max(after(SessionTime(0), until_s)),
+        _ => after(began, action.duration_s()),
     }
 }
 

@@ -32,6 +32,32 @@ impl Target {
         }
     }
 
+    /// On a straight line from `begin`, its velocity rising to `velocity` (m/s) within `rise_s`.
+    pub(crate) fn setting_off(begin: DVec3, velocity: DVec3, elapsed_s: f64, rise_s: f64) -> Self {
+        let s = (elapsed_s / rise_s).clamp(0.0, 1.0);
+        // The share of the speed is 3s² − 2s³, its integral s³ − s⁴/2.
+        let way_s = rise_s * s * s * s * (1.0 - 0.5 * s) + (elapsed_s - rise_s).max(0.0);
+        Self {
+            position: begin + velocity * way_s,
+            velocity: velocity * (s * s * (3.0 - 2.0 * s)),
+            acceleration: velocity * (6.0 * s * (1.0 - s) / rise_s),
+        }
+    }
+
+    /// `begin`, turned about the z axis through `centre` by a share of `angle_rad`.
+    pub(crate) fn turned(begin: DVec3, centre: DVec3, angle_rad: f64, progress: Progress) -> Self {
+        let (sine, cosine) = (angle_rad * progress.way).sin_cos();
+        let (rate, change) = (angle_rad * progress.rate_per_s, angle_rad * progress.change_per_s2);
+        let arm = begin - centre;
+        let arm = DVec3::new(cosine * arm.x - sine * arm.y, sine * arm.x + cosine * arm.y, arm.z);
+        let (sideways, outwards) = (DVec3::new(-arm.y, arm.x, 0.0), DVec3::new(arm.x, arm.y, 0.0));
+        Self {
+            position: centre + arm,
+            velocity: sideways * rate,
+            acceleration: sideways * change - outwards * (rate * rate),
+        }
+    }
+
     pub(crate) fn plus(self, other: Self) -> Self {
         Self {
             position: self.position + other.position,
@@ -45,6 +71,31 @@ impl Target {
             position: self.position - other.position,
             velocity: self.velocity - other.velocity,
             acceleration: self.acceleration - other.acceleration,
+        }
+    }
+}
+
+/// How much of a movement from rest to rest is done.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Progress {
+    /// 0 to 1.
+    pub(crate) way: f64,
+    pub(crate) rate_per_s: f64,
+    pub(crate) change_per_s2: f64,
+}
+
+impl Progress {
+    /// Of a movement of least jerk, `10s³ − 15s⁴ + 6s⁵`.
+    pub(crate) fn of_least_jerk(elapsed_s: f64, duration_s: f64) -> Self {
+        if elapsed_s >= duration_s {
+            return Self { way: 1.0, rate_per_s: 0.0, change_per_s2: 0.0 };
+        }
+        let s = (elapsed_s / duration_s).max(0.0);
+        let rest = 1.0 - s;
+        Self {
+            way: s * s * s * (10.0 - 15.0 * s + 6.0 * s * s),
+            rate_per_s: 30.0 * s * s * rest * rest / duration_s,
+            change_per_s2: 60.0 * s * rest * (1.0 - 2.0 * s) / (duration_s * duration_s),
         }
     }
 }

@@ -1,9 +1,8 @@
 //! Everything about one host that changes: a plain value that can be copied, compared, saved and restored.
 
-use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_net::play_out::PlayOutBuffer;
-use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
+use cotouch_scene::names::HostIndex;
+use cotouch_world::contact::ContactState;
 use cotouch_world::rigid::BodyState;
 use serde::{Deserialize, Serialize};
 
@@ -16,8 +15,12 @@ pub struct HostState {
     pub ticks_done: u64,
     /// The last network step that was done.
     pub last_step: Option<u64>,
-    /// This host's copy of the object; at a client, the server's object as last heard of.
-    pub object: BodyState,
+    /// This host's copy of every body, in the scene's order; at a client, the server's bodies as last heard of.
+    pub bodies: Vec<BodyState>,
+    /// One entry a contact that there can be at this host, in an order that the model keeps; none at a client.
+    pub contacts: Vec<ContactState>,
+    /// Which groups of corners are near the surface that they may touch.
+    pub near: Vec<bool>,
     /// One entry a host; the own entry stays empty.
     pub peers: Vec<PeerState>,
     /// Set while a late joiner waits for the world's present state.
@@ -40,7 +43,7 @@ pub struct PeerState {
 }
 
 impl HostState {
-    /// The state before the first tick: everything at rest at the origin, every peer absent.
+    /// The state before the first tick: everything at rest where the scene puts it, every peer absent.
     #[must_use]
     pub fn new(model: &HostModel) -> Self {
         let peer = |from: HostIndex| PeerState {
@@ -52,94 +55,21 @@ impl HostState {
         Self {
             ticks_done: 0,
             last_step: None,
-            object: BodyState::default(),
+            bodies: model.bodies.iter().map(|body| body.start).collect(),
+            contacts: vec![ContactState::default(); model.contacts.slots()],
+            near: vec![false; model.contacts.groups()],
             peers: HostIndex::all(model.users).map(peer).collect(),
             adopting: false,
             diverged: false,
         }
     }
 
-    /// The value of one of this host's coordinates at network step `step`, before anything is sampled at it; `None`
-    /// where it lives elsewhere (a hand in its device, a sample still in flight).
+    /// Whether this is a state of `model`: one that was read may be of another scene.
     #[must_use]
-    pub fn coordinate(&self, model: &HostModel, step: u64, coordinate: Coordinate) -> Option<f64> {
-        let mut value = None;
-        // Reading and writing share one path, so that they cannot disagree about where a coordinate lives.
-        self.clone().visit(model, step, coordinate, &mut |place| value = Some(*place));
-        value
+    pub fn fits(&self, model: &HostModel) -> bool {
+        self.bodies.len() == model.bodies.len()
+            && self.contacts.len() == model.contacts.slots()
+            && self.near.len() == model.contacts.groups()
+            && self.peers.len() == usize::from(model.users)
     }
-
-    /// Sets one of this host's coordinates; whether it lives here.
-    pub fn set_coordinate(
-        &mut self,
-        model: &HostModel,
-        step: u64,
-        coordinate: Coordinate,
-        value: f64,
-    ) -> bool {
-        let mut found = false;
-        self.visit(model, step, coordinate, &mut |place| {
-            *place = value;
-            found = true;
-        });
-        found
-    }
-
-    fn visit(&mut self, model: &HostModel, step: u64, coordinate: Coordinate, act: &mut dyn FnMut(&mut f64)) {
-        match coordinate {
-            Coordinate::Own { host, part: Part::OBJECT, quantity } if host == model.host => {
-                along_axis(model, quantity, &mut self.object.pose, &mut self.object.twist, act);
-            }
-            Coordinate::Held { host, from, part, quantity, age } if host == model.host => {
-                let Some(sampled) = step.checked_sub(u64::from(age)) else { return };
-                if let Some(packet) = self.peers[from.index()].samples.sample_mut(sampled) {
-                    visit_packet(packet, model, part, quantity, act);
-                }
-            }
-            _ => {}
-        }
-    }
-}
-
-/// Reads or writes the number that `part` and `quantity` name in a packet, wherever that packet is.
-pub fn visit_packet(
-    packet: &mut StatePacket,
-    model: &HostModel,
-    part: Part,
-    quantity: Quantity,
-    act: &mut dyn FnMut(&mut f64),
-) {
-    for entry in &mut packet.entries {
-        match (part, entry) {
-            (Part::HAND, Entry::Hand { pose, twist, .. })
-            | (Part::OBJECT, Entry::Object { pose, twist, .. }) => {
-                along_axis(model, quantity, pose, twist, act);
-            }
-            (Part::FORCE, Entry::Force { wrench: Wrench { force, .. }, .. }) if quantity == Quantity::F => {
-                component(model, force, act);
-            }
-            _ => {}
-        }
-    }
-}
-
-fn along_axis(
-    model: &HostModel,
-    quantity: Quantity,
-    pose: &mut Pose,
-    twist: &mut Twist,
-    act: &mut dyn FnMut(&mut f64),
-) {
-    match quantity {
-        Quantity::X => component(model, &mut pose.position, act),
-        Quantity::V => component(model, &mut twist.linear, act),
-        Quantity::F => {}
-    }
-}
-
-fn component(model: &HostModel, vector: &mut glam::DVec3, act: &mut dyn FnMut(&mut f64)) {
-    let mut value = vector.dot(model.axis);
-    let across = *vector - model.axis * value;
-    act(&mut value);
-    *vector = across + model.axis * value;
 }

@@ -1,10 +1,10 @@
 //! Hosts that exchange packets hand to hand, without protocol, clocks or sockets.
 
-use cotouch_device::device::Device;
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::device::{Device, WorldView};
+use cotouch_device::user::SimulatedUser;
 use cotouch_host::model::HostModel;
+use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
-use cotouch_host::step::TickOutput;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};
@@ -12,7 +12,7 @@ use cotouch_scene::{Override, load};
 struct Hand2Hand {
     models: Vec<HostModel>,
     states: Vec<HostState>,
-    hands: Vec<SimulatedHand>,
+    hands: Vec<SimulatedUser>,
     tick: u64,
 }
 
@@ -28,7 +28,7 @@ impl Hand2Hand {
         for (model, state) in models.iter().zip(&mut states) {
             model.host.others(model.users).for_each(|peer| state.set_present(peer, true));
         }
-        let hands = scene.hosts().map(|host| SimulatedHand::of_scene(scene, host).unwrap()).collect();
+        let hands = scene.hosts().map(|host| SimulatedUser::of_scene(scene, host).unwrap()).collect();
         Self { models, states, hands, tick: 0 }
     }
 
@@ -62,8 +62,10 @@ impl Hand2Hand {
         }
         let mut outputs = Vec::new();
         for (host, reading) in readings.iter().enumerate() {
+            let bodies: Vec<_> = self.states[host].bodies.iter().map(|body| body.pose).collect();
             let output = self.models[host].tick(&mut self.states[host], tick, reading);
-            self.hands[host].write(output.device).unwrap();
+            self.hands[host].observe(&WorldView { bodies: &bodies });
+            self.hands[host].write(&output.device).unwrap();
             outputs.push(output);
         }
         self.tick += 1;
@@ -77,8 +79,8 @@ impl Hand2Hand {
     }
 
     fn momentum(&self, scene: &Scene, objects: usize) -> f64 {
-        let hands: f64 = self.hands.iter().map(|hand| hand.state().velocity.x).sum();
-        let objects: f64 = self.states[..objects].iter().map(|state| state.object.twist.linear.x).sum();
+        let hands: f64 = self.hands.iter().map(|hand| hand.states()[0].velocity.x).sum();
+        let objects: f64 = self.states[..objects].iter().map(|state| state.bodies[0].twist.linear.x).sum();
         scene.hand.mass_kg * hands + scene.object.mass_kg * objects
     }
 }
@@ -88,7 +90,7 @@ const RESTING: &str = "user=[{name=\"a\"},{name=\"b\"}]";
 fn push(scene: &Scene, objects: usize, seconds: u32) -> (f64, f64) {
     let mut session = Hand2Hand::new(scene);
     session.settle();
-    session.states[0].object.twist.linear.x = 0.1;
+    session.states[0].bodies[0].twist.linear.x = 0.1;
     let before = session.momentum(scene, objects);
     for _ in 0..seconds * 1024 {
         session.tick();
@@ -125,16 +127,16 @@ fn without_delay_a_common_drift_meets_no_force() {
     let mut session = Hand2Hand::new(&scene);
     session.settle();
     for (state, hand) in session.states.iter_mut().zip(&mut session.hands) {
-        state.object.twist.linear.x = 0.1;
-        let mut moving = *hand.state();
+        state.bodies[0].twist.linear.x = 0.1;
+        let mut moving = hand.states()[0];
         moving.velocity.x = 0.1;
-        hand.set_state(moving);
+        hand.set_state(0, moving);
     }
     for _ in 0..1024 {
         let outputs = session.tick();
-        assert!(outputs.iter().all(|output| output.device.force.length() < 1e-9));
+        assert!(outputs.iter().all(|output| output.device[0].force.length() < 1e-9));
     }
-    assert!((session.states[1].object.twist.linear.x - 0.1).abs() < 1e-9);
+    assert!((session.states[1].bodies[0].twist.linear.x - 0.1).abs() < 1e-9);
 }
 
 #[test]
@@ -178,7 +180,7 @@ fn a_snapshot_restores_the_run_bit_for_bit() {
         (session.states, session.hands, session.tick) = saved;
         let again: Vec<_> = (0..300).flat_map(|_| session.tick()).collect();
         assert_eq!(first, again);
-        assert!(first.iter().any(|output| output.device != Wrench::default()));
+        assert!(first.iter().any(|output| output.device[0] != Wrench::default()));
     }
 }
 
@@ -189,10 +191,10 @@ fn a_world_that_leaves_all_bounds_stops_and_renders_nothing() {
     let mut last = TickOutput::default();
     for _ in 0..60 * 1024 {
         last = session.tick().swap_remove(0);
-        assert!(last.device.is_finite());
+        assert!(last.device.iter().all(Wrench::is_finite));
     }
-    assert!(last.diverged && last.device == Wrench::default());
-    assert!(session.states[0].object.is_within(1e3));
+    assert!(last.diverged && last.device[..] == [Wrench::default()]);
+    assert!(session.states[0].bodies[0].is_within(1e3));
 }
 
 #[test]
@@ -200,10 +202,10 @@ fn a_late_joiner_takes_the_world_as_it_is() {
     let scene = scene(&[RESTING]);
     let mut session = Hand2Hand::new(&scene);
     session.settle();
-    session.states[0].object.pose.position.x = 0.3;
-    let mut hand = *session.hands[0].state();
+    session.states[0].bodies[0].pose.position.x = 0.3;
+    let mut hand = session.hands[0].states()[0];
     hand.position.x = 0.3;
-    session.hands[0].set_state(hand);
+    session.hands[0].set_state(0, hand);
     session.states[1] = HostState::new(&session.models[1]);
     session.states[1].set_present(session.models[0].host, true);
     session.states[1].adopting = true;
@@ -211,5 +213,5 @@ fn a_late_joiner_takes_the_world_as_it_is() {
     while session.states[1].adopting {
         session.tick();
     }
-    assert!((session.states[1].object.pose.position.x - 0.3).abs() < 0.01);
+    assert!((session.states[1].bodies[0].pose.position.x - 0.3).abs() < 0.01);
 }

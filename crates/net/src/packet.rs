@@ -5,7 +5,7 @@ use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use serde::{Deserialize, Serialize};
 
 /// Most entries in one packet.
-pub const MAX_ENTRIES: usize = 8;
+pub const MAX_ENTRIES: usize = 10;
 
 /// What a host sampled at network step `step`; it fits one datagram.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

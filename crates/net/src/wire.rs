@@ -34,7 +34,7 @@ use crate::packet::{Entry, MAX_ENTRIES, StatePacket};
 pub const MAX_DATAGRAM: usize = 1200;
 
 /// Version of everything that this crate puts on the wire.
-pub const PROTOCOL_VERSION: u16 = 1;
+pub const PROTOCOL_VERSION: u16 = 2;
 
 /// Most hosts in one session.
 pub const MAX_HOSTS: usize = 16;

@@ -108,7 +108,7 @@ proptest! {
         if bytes.len() < HEADER_BYTES {
             return Ok(());
         }
-        bytes[..4].copy_from_slice(&[b'c', b'o', 1, 0]);
+        bytes[..4].copy_from_slice(&[b'c', b'o', 2, 0]);
         bytes[8..12].copy_from_slice(&[kind, 1, 0, 0]);
         if bytes.len() > 40 {
             bytes[36..40].copy_from_slice(&[count, 0, 0, 0]);
@@ -146,10 +146,10 @@ proptest! {
 fn the_largest_packet_fits() {
     let entry = Entry::Hand { point: 0, pose: Pose::default(), twist: Twist::default() };
     let packet = StatePacket { step: 1, entries: [entry; MAX_ENTRIES].into_iter().collect() };
-    assert_eq!(encoded(&packet).len(), 888);
-    let mut short = [0; 887];
+    assert_eq!(encoded(&packet).len(), 1100);
+    let mut short = [0; 1099];
     let refused = encode_state(3, HostIndex(2), SessionTime(0), &packet, &mut short);
-    assert_eq!(refused, Err(WireError::Length { found: 887, expected: 888 }));
+    assert_eq!(refused, Err(WireError::Length { found: 1099, expected: 1100 }));
 }
 
 #[test]
@@ -178,16 +178,16 @@ fn errors_tell_what_was_found() {
         decode_state(&bytes).unwrap_err()
     };
     assert_eq!(with(0, 0), WireError::Magic);
-    assert_eq!(with(2, 2), WireError::Version { found: 2, session: 3, from_newcomer: false });
+    assert_eq!(with(2, 9), WireError::Version { found: 9, session: 3, from_newcomer: false });
     assert_eq!(
-        with(2, 2).to_string(),
-        "the datagram is of protocol version 2; this program speaks version 1"
+        with(2, 9).to_string(),
+        "the datagram is of protocol version 9; this program speaks version 2"
     );
     assert_eq!(with(8, 77), WireError::Kind(77));
     assert_eq!(with(8, 2), WireError::Kind(2));
     assert_eq!(with(9, 16), WireError::Sender(16));
     assert_eq!(with(10, 1), WireError::Reserved);
-    assert_eq!(with(36, 9), WireError::EntryCount(9));
+    assert_eq!(with(36, 11), WireError::EntryCount(11));
     assert_eq!(with(37, 1), WireError::Reserved);
 }
 

@@ -6,8 +6,10 @@ use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordSink, record_ring};
 use cotouch_runtime::record::{RecordItem, RecordKind, TickRecord};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_runtime::recording::RecordingReader;
+use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
+use cotouch_world::rigid::BodyState;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 
 const TICKS: u64 = 1024;
@@ -16,6 +18,13 @@ fn ticks() -> Vec<RecordItem> {
     let record = TickRecord {
         steps_in_use: [None, Some(70)].into_iter().collect(),
         fades: [0.0, 1.0].into_iter().collect(),
+        readings: [Reading::default(); 2].into_iter().collect(),
+        bodies: [BodyState::default()].into_iter().collect(),
+        wrenches: [Wrench::default()].into_iter().collect(),
+        requested: [Wrench::default(); 2].into_iter().collect(),
+        commanded: [Wrench::default(); 2].into_iter().collect(),
+        governor_acted: [0; 2].into_iter().collect(),
+        governor_gain: [1.0; 2].into_iter().collect(),
         ..TickRecord::default()
     };
     let item = |tick| RecordItem { host: HostIndex(0), tick, kind: RecordKind::Tick(record.clone()) };

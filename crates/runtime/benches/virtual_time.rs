@@ -3,7 +3,7 @@
 //!
 //! `cargo bench -p cotouch-runtime --bench virtual_time`
 
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::user::SimulatedUser;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::{Override, load};
@@ -14,19 +14,28 @@ const TICKS: u64 = 1024;
 fn simulated_seconds(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("one simulated second");
     group.throughput(Throughput::Elements(TICKS)).sample_size(20);
-    for (users, name) in [(2, "single-axis"), (2, "single-axis-centralized"), (8, "single-axis")] {
-        let users_override: Override = format!("session.users={users}").parse().expect("an override");
-        let scene = load(name, &[users_override]).expect("a built-in scene");
+    let scenes: [(&str, &[&str]); 5] = [
+        ("single-axis", &[]),
+        ("single-axis-centralized", &[]),
+        ("single-axis", &["session.users=8"]),
+        ("grasp", &[]),
+        ("grasp", &["session.architecture=centralized"]),
+    ];
+    for (name, overrides) in scenes {
+        let overrides: Vec<Override> =
+            overrides.iter().map(|text| text.parse().expect("an override")).collect();
+        let scene = load(name, &overrides).expect("a built-in scene");
+        let users = scene.session.users;
         let mut session = VirtualSession::new(&scene, |host| {
             Station::new(
                 &scene,
                 host,
-                SimulatedHand::of_scene(&scene, host).expect("its hands are sound"),
+                SimulatedUser::of_scene(&scene, host).expect("its hands are sound"),
                 None,
             )
         });
         let mut tick = 0;
-        group.bench_function(format!("{users} users, {name}"), |bencher| {
+        group.bench_function(format!("{users} users, {name}, {:?}", scene.session.architecture), |bencher| {
             bencher.iter(|| {
                 tick += TICKS;
                 assert!(session.run_to_tick(tick, |_, _| {}), "the hosts join");

@@ -11,12 +11,12 @@ use cotouch_scene::names::HostIndex;
 
 use crate::record::{Note, RecordItem, RecordKind};
 
-/// Bytes that wait for the recorder at most, by default: several seconds of a host with two users.
-pub const DEFAULT_CAPACITY: usize = 2 << 20;
+/// Bytes that wait for the recorder at most, by default: several seconds of a host with a few fingers and bodies.
+pub const DEFAULT_CAPACITY: usize = 4 << 20;
 
 /// Longest item, in bytes, and so most of what a producer keeps besides the ring: a host's whole state with 16 users
 /// and the longest play-out fits.
-const LONGEST_ITEM: usize = 512 << 10;
+const LONGEST_ITEM: usize = 2 << 20;
 
 const LENGTH_BYTES: usize = size_of::<u32>();
 

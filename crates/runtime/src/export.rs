@@ -34,8 +34,9 @@ pub enum ExportError {
 /// Writes every tick of `recording` (of `host`, or of all hosts in the order of recording) to `out`; how many.
 ///
 /// Columns: `host` (as in `host1`), `tick`, `time_s` (nominal, since tick 0), and every number of a tick under a name
-/// with its unit. Real numbers are written so that they read back to exactly the same number; not-a-number is `NaN`.
-/// An empty cell means that no sample was in use.
+/// with its unit: `finger1_position_x_m`, `body2_velocity_y_m_per_s`, `finger1_contact_phase` (0 free, 1 moment
+/// cancellation, 2 pre-slide, 3 slide) and so on. Real numbers are written so that they read back to exactly the same number; not-a-number is `NaN`.
+/// An empty cell means that no sample was in use, or nothing is touched.
 ///
 /// # Errors
 /// When the recording is damaged, or `out` cannot be written.
@@ -56,7 +57,7 @@ pub fn export_csv<R: Read>(
         let row = row(item.host, item.tick, record);
         let expected = match columns {
             Some(columns) => columns,
-            None => *columns.insert(write_names(&mut table, record)?),
+            None => *columns.insert(write_names(&mut table, item.host, record)?),
         };
         if row.len() != expected {
             let found = row.len();
@@ -70,15 +71,19 @@ pub fn export_csv<R: Read>(
 }
 
 /// The number of columns.
-fn write_names(table: &mut csv::Writer<impl Write>, record: &TickRecord) -> Result<usize, csv::Error> {
+fn write_names(
+    table: &mut csv::Writer<impl Write>,
+    host: HostIndex,
+    record: &TickRecord,
+) -> Result<usize, csv::Error> {
     let mut names: Vec<String> = ["host", "tick", "time_s"].map(str::to_owned).to_vec();
-    visit_fields(record, |field, _| names.push(field.to_string()));
+    visit_fields(host, record, |field, _| names.push(field.to_string()));
     table.write_record(&names)?;
     Ok(names.len())
 }
 
 fn row(host: HostIndex, tick: u64, record: &TickRecord) -> Vec<String> {
     let mut cells = vec![host.to_string(), tick.to_string(), format!("{:?}", record.instant.as_secs_f64())];
-    visit_fields(record, |_, value| cells.push(value.to_string()));
+    visit_fields(host, record, |_, value| cells.push(value.to_string()));
     cells
 }

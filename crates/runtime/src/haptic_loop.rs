@@ -3,17 +3,20 @@
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use arrayvec::ArrayVec;
 use cotouch_device::device::Device;
 use cotouch_net::clock::ClockMap;
+use cotouch_scene::geometry::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
+use cotouch_world::contact::Phase;
 use hdrhistogram::Histogram;
 
 use crate::clock;
 use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
-use crate::snapshot::HostSnapshot;
+use crate::snapshot::{FingerSnapshot, HostSnapshot};
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
 
@@ -220,6 +223,15 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
     record
 }
 
+fn fingers(host: HostIndex, record: &TickRecord) -> ArrayVec<FingerSnapshot, MAX_FINGERS> {
+    let finger = |(index, (&reading, &commanded))| FingerSnapshot {
+        reading,
+        commanded,
+        contact: record.contact_of(host, index).map_or(Phase::Free, |contact| contact.phase),
+    };
+    record.readings.iter().zip(&record.commanded).enumerate().map(finger).collect()
+}
+
 impl HapticHost {
     /// Leaves the newest picture of this host for displays. No allocation, no lock.
     fn show(&mut self, tick: u64, record: &TickRecord) {
@@ -228,15 +240,14 @@ impl HapticHost {
         *snapshot = HostSnapshot {
             host: self.station.model.host,
             time_s: instant.as_secs_f64(),
-            hand: record.reading,
-            commanded: record.commanded,
-            object: record.object.pose,
+            fingers: fingers(self.station.model.host, record),
+            bodies: record.bodies.iter().map(|body| body.pose).collect(),
             touches_wall: record.touches_wall,
             diverged: record.diverged,
             ticks: self.timing.ticks,
             missed: self.timing.missed,
             lateness_us: record.lateness_ns as f64 * 1e-3,
-            links: arrayvec::ArrayVec::new(),
+            links: ArrayVec::new(),
         };
         self.snapshot.publish();
     }

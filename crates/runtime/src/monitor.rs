@@ -4,7 +4,7 @@
 //! couplers hold above 8 Hz is, in the mean over the last quarter of the run, more than 1.5 times that of the quarter
 //! before and more than 1 µJ. Bounded memory for a run of any length, and no allocation while it runs.
 
-use cotouch_host::step::{CouplerOutput, MAX_COUPLERS};
+use cotouch_host::output::CouplerOutput;
 use cotouch_scene::time::Schedule;
 use glam::DVec3;
 
@@ -17,40 +17,46 @@ const GROWTH: f64 = 1.5;
 
 /// Collects the couplers' energy above 8 Hz at one host.
 ///
-/// The own hand's coupler is looked at every tick. A coupler to a held sample is looked at once a network step: in
+/// Couplers to the own fingers are looked at every tick. A coupler to a held sample is looked at once a network step: in
 /// between it stretches by what its near end moves, and snaps back with the next sample, which is how fast the users
 /// move and no oscillation.
 #[derive(Clone, Debug)]
 pub struct OscillationMonitor {
     every_tick: HighPass,
     every_step: HighPass,
-    filters: [Option<FilterState>; MAX_COUPLERS],
+    filters: Vec<Slot>,
+    ticks: u64,
+    steps: u64,
     /// Of the couplers to held samples, at the last network step, J.
     held_j: f64,
     energy: Bins,
 }
 
 impl OscillationMonitor {
-    /// For a host with this schedule.
+    /// For a host with this schedule, whose couplers are numbered below `slots`.
     #[must_use]
-    pub fn new(schedule: &Schedule) -> Self {
+    pub fn new(schedule: &Schedule, slots: usize) -> Self {
         Self {
             every_tick: HighPass::butterworth(CORNER_HZ, schedule.control().period_s()),
             every_step: HighPass::butterworth(CORNER_HZ, schedule.network().period_s()),
-            filters: [None; MAX_COUPLERS],
+            filters: vec![Slot::default(); slots],
+            ticks: 0,
+            steps: 0,
             held_j: 0.0,
             energy: Bins::new(),
         }
     }
 
-    /// Takes the couplers of one tick, which is one with a network step or not. A coupler that is seen for the first
-    /// time starts without a transient.
+    /// Takes the couplers of one tick, which is one with a network step or not. A coupler that was not there the last
+    /// time, such as that of a finger that has just touched, starts without a transient.
     pub fn observe(&mut self, couplers: &[CouplerOutput], network_step: bool) {
-        let (own, held) = couplers.split_at(couplers.len().min(1));
+        let of = |held: bool| couplers.iter().filter(move |coupler| coupler.held == held);
         if network_step {
-            self.held_j = filtered_energy_j(&self.every_step, &mut self.filters, held);
+            self.steps += 1;
+            self.held_j = filtered_energy_j(&self.every_step, &mut self.filters, self.steps, of(true));
         }
-        let own_j = filtered_energy_j(&self.every_tick, &mut self.filters, own);
+        self.ticks += 1;
+        let own_j = filtered_energy_j(&self.every_tick, &mut self.filters, self.ticks, of(false));
         self.energy.push(own_j + self.held_j);
     }
 
@@ -61,16 +67,28 @@ impl OscillationMonitor {
     }
 }
 
-fn filtered_energy_j(
+/// One coupler's filter.
+#[derive(Clone, Copy, Debug, Default)]
+struct Slot {
+    /// When it was last looked at, counted from 1.
+    seen: u64,
+    filter: FilterState,
+}
+
+fn filtered_energy_j<'a>(
     high_pass: &HighPass,
-    filters: &mut [Option<FilterState>; MAX_COUPLERS],
-    couplers: &[CouplerOutput],
+    slots: &mut [Slot],
+    now: u64,
+    couplers: impl Iterator<Item = &'a CouplerOutput>,
 ) -> f64 {
     let mut energy_j = 0.0;
     for coupler in couplers {
-        let slot = &mut filters[usize::from(coupler.slot)];
-        let state = slot.get_or_insert_with(|| high_pass.settled_at(coupler.stretch));
-        let fast = high_pass.step(state, coupler.stretch);
+        let Some(slot) = slots.get_mut(usize::from(coupler.slot)) else { continue };
+        if slot.seen == 0 || slot.seen + 1 != now {
+            slot.filter = high_pass.settled_at(coupler.stretch);
+        }
+        slot.seen = now;
+        let fast = high_pass.step(&mut slot.filter, coupler.stretch);
         energy_j += 0.5 * coupler.stiffness_n_per_m * fast.length_squared();
     }
     energy_j
@@ -90,7 +108,7 @@ struct HighPass {
 }
 
 /// Transposed direct form II.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 struct FilterState([DVec3; 2]);
 
 impl HighPass {
@@ -182,10 +200,10 @@ mod tests {
     fn run(seconds: f64, stretch: impl Fn(f64) -> f64) -> (f64, f64) {
         let rate = |text: &str| text.parse().expect("a rate");
         let schedule = Schedule::new(rate("1024"), rate("128")).expect("they fit");
-        let mut monitor = OscillationMonitor::new(&schedule);
+        let mut monitor = OscillationMonitor::new(&schedule, 4);
         for tick in 0..(seconds / T) as u32 {
             let stretch = DVec3::X * stretch(f64::from(tick) * T);
-            let coupler = CouplerOutput { slot: 0, stiffness_n_per_m: 1000.0, stretch };
+            let coupler = CouplerOutput { slot: 0, held: false, stiffness_n_per_m: 1000.0, stretch };
             monitor.observe(&[coupler], false);
         }
         monitor.last_two_quarters_j()
@@ -211,12 +229,12 @@ mod tests {
     #[test]
     fn moving_against_held_samples_is_no_oscillation() {
         let schedule = Schedule::new("1024".parse().unwrap(), "128".parse().unwrap()).unwrap();
-        let mut monitor = OscillationMonitor::new(&schedule);
+        let mut monitor = OscillationMonitor::new(&schedule, 4);
         for tick in 0..8 * 1024_u32 {
             let speed = if tick < 4096 { 0.1 } else { 1.0 };
             let stretch = DVec3::X * (speed * f64::from(tick % 8) * T);
-            let own = CouplerOutput { slot: 0, stiffness_n_per_m: 3000.0, stretch: DVec3::ZERO };
-            let held = CouplerOutput { slot: 3, stiffness_n_per_m: 400.0, stretch };
+            let own = CouplerOutput { slot: 0, held: false, stiffness_n_per_m: 3000.0, stretch: DVec3::ZERO };
+            let held = CouplerOutput { slot: 3, held: true, stiffness_n_per_m: 400.0, stretch };
             monitor.observe(&[own, held], tick % 8 == 0);
         }
         let (before, last) = monitor.last_two_quarters_j();

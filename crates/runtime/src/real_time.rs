@@ -11,7 +11,8 @@ use std::thread;
 use std::time::Duration;
 
 use cotouch_device::device::Device;
-use cotouch_device::hand::{HandError, SimulatedHand};
+use cotouch_device::finger::FingerError;
+use cotouch_device::user::SimulatedUser;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 
@@ -79,7 +80,7 @@ pub enum StartError {
     },
     /// The scene's hands cannot be simulated.
     #[error(transparent)]
-    Hand(#[from] HandError),
+    Hand(#[from] FingerError),
     /// The recording cannot be written.
     #[error(transparent)]
     Recording(#[from] crate::recorder::RecordError),
@@ -127,8 +128,8 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
 /// # Errors
 /// When a socket, a thread or the recording cannot be had.
 pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
-    let hand = |host| Ok(Box::new(SimulatedHand::of_scene(scene, host)?) as Box<dyn Device>);
-    let devices = scene.hosts().map(hand).collect::<Result<_, HandError>>()?;
+    let hand = |host| Ok(Box::new(SimulatedUser::of_scene(scene, host)?) as Box<dyn Device>);
+    let devices = scene.hosts().map(hand).collect::<Result<_, FingerError>>()?;
     run_local_with(scene, devices, options)
 }
 
@@ -173,7 +174,7 @@ pub fn serve(
     let socket = bind(listen)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
     let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    let device = SimulatedHand::of_scene(scene, HostIndex::FIRST)?;
+    let device = SimulatedUser::of_scene(scene, HostIndex::FIRST)?;
     start(scene, vec![seat], vec![Box::new(device)], options)
 }
 
@@ -193,7 +194,7 @@ pub fn join(
     let (transport, port) = take_seat(socket, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&transport, server)?;
     let host = transport.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let device = SimulatedHand::of_scene(&scene, host)?;
+    let device = SimulatedUser::of_scene(&scene, host)?;
     let handle = start(&scene, vec![(transport, port)], vec![Box::new(device)], options)?;
     Ok((scene, handle))
 }

@@ -4,13 +4,13 @@
 //! `Release` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
 use arrayvec::ArrayVec;
-use cotouch_host::model::MAX_USERS;
+use cotouch_host::model::{MAX_BODIES, MAX_USERS};
+use cotouch_host::output::{ContactPoint, ContactRecord, MAX_CONTACTS};
 use cotouch_net::packet::StatePacket;
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use cotouch_world::rigid::BodyState;
-use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// One thing worth recording, at one host.
@@ -26,6 +26,7 @@ pub struct RecordItem {
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(clippy::large_enum_variant, reason = "the haptic thread makes items and must not allocate")]
 pub enum RecordKind {
     /// A packet was handed to the host, before it played out for this tick.
     Received {
@@ -86,29 +87,31 @@ pub enum Note {
 pub struct TickRecord {
     /// The tick's nominal instant.
     pub instant: SessionTime,
-    /// What the device reported; consumed.
-    pub reading: Reading,
+    /// What the device reported, one reading a finger; consumed.
+    pub readings: Readings,
     /// Whether the device failed at this tick; consumed.
     pub device_failed: bool,
     /// The network step of the sample in use from each host.
     pub steps_in_use: ArrayVec<Option<u64>, MAX_USERS>,
     /// How far the coupling to each host has faded in, 0 to 1.
     pub fades: ArrayVec<f64, MAX_USERS>,
-    /// This host's copy of the object, after the tick.
-    pub object: BodyState,
-    /// The force on it, N.
-    pub object_force: DVec3,
-    /// What the host asked the device to render.
-    pub requested: Wrench,
-    /// What the governor let through.
-    pub commanded: Wrench,
-    /// Which of the governor's limits acted, as bits; see `cotouch_device::governor`.
-    pub governor_acted: u32,
-    /// The governor's gain, 0 (released) to 1.
-    pub governor_gain: f64,
+    /// This host's copy of every body, after the tick; at a client, the server's bodies as last heard of.
+    pub bodies: ArrayVec<BodyState, MAX_BODIES>,
+    /// The wrench on each of them, about its centre of mass; zero at a client.
+    pub wrenches: ArrayVec<Wrench, MAX_BODIES>,
+    /// Every contact at this host that is not free, fingers first; none at a client.
+    pub contacts: ArrayVec<ContactRecord, MAX_CONTACTS>,
+    /// What the host asked the device to render, one wrench a finger.
+    pub requested: Wrenches,
+    /// What the governors let through.
+    pub commanded: Wrenches,
+    /// Which of each governor's limits acted, as bits; see `cotouch_device::governor`.
+    pub governor_acted: ArrayVec<u32, MAX_FINGERS>,
+    /// Each governor's gain, 0 (released) to 1.
+    pub governor_gain: ArrayVec<f64, MAX_FINGERS>,
     /// Energy that the user has put into the session so far, J.
     pub energy_j: f64,
-    /// Whether the object touches the wall.
+    /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds.
     pub diverged: bool,
@@ -116,4 +119,16 @@ pub struct TickRecord {
     pub lateness_ns: i64,
     /// How long it took, ns (0 in virtual time).
     pub compute_ns: i64,
+}
+
+impl TickRecord {
+    /// The contact of a finger of `host`: the deepest, where it touches several bodies.
+    #[must_use]
+    pub fn contact_of(&self, host: HostIndex, finger: usize) -> Option<&ContactRecord> {
+        let is_of = |contact: &&ContactRecord| match contact.point {
+            ContactPoint::Finger { host: of, finger: nth } => of == host && usize::from(nth) == finger,
+            ContactPoint::Corner { .. } => false,
+        };
+        self.contacts.iter().filter(is_of).max_by(|a, b| a.depth_m.total_cmp(&b.depth_m))
+    }
 }

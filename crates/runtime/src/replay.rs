@@ -113,24 +113,52 @@ fn fields(record: &TickRecord) -> Vec<(Field, Value)> {
 
 #[cfg(test)]
 mod tests {
+    use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+    use cotouch_scene::geometry::{Reading, Wrench};
+    use cotouch_world::contact::Phase;
+    use cotouch_world::rigid::BodyState;
+    use glam::DVec3;
+
     use super::*;
 
     type Change = fn(&mut TickRecord);
+
+    fn contact() -> ContactRecord {
+        ContactRecord {
+            point: ContactPoint::Finger { host: HostIndex(0), finger: 0 },
+            surface: ContactSurface::Body(0),
+            phase: Phase::PreSlide,
+            force: DVec3::X,
+            depth_m: 1e-3,
+        }
+    }
 
     #[test]
     fn every_result_counts_and_no_measurement_does() {
         let mut base = TickRecord::default();
         base.steps_in_use.push(Some(3));
         base.fades.push(1.0);
-        let changes: [(&str, Change); 9] = [
-            ("object_position_x_m", |tick| tick.object.pose.position.x = -0.0),
-            ("object_velocity_z_m_per_s", |tick| tick.object.twist.linear.z = f64::NAN),
-            ("hand_orientation_w", |tick| tick.reading.pose.orientation.w = 0.5),
+        base.bodies.push(BodyState::default());
+        base.readings.push(Reading::default());
+        base.commanded.push(Wrench::default());
+        base.governor_acted.push(0);
+        base.contacts.push(contact());
+        let changes: [(&str, Change); 14] = [
+            ("body1_position_x_m", |tick| tick.bodies[0].pose.position.x = -0.0),
+            ("body1_velocity_z_m_per_s", |tick| tick.bodies[0].twist.linear.z = f64::NAN),
+            ("finger1_orientation_w", |tick| tick.readings[0].pose.orientation.w = 0.5),
             ("step_in_use_host1", |tick| tick.steps_in_use[0] = None),
             ("step_in_use_host2", |tick| tick.steps_in_use.push(None)),
             ("fade_host1", |tick| tick.fades.clear()),
-            ("commanded_force_y_n", |tick| tick.commanded.force.y = f64::MIN_POSITIVE / 4.0),
-            ("governor_acted", |tick| tick.governor_acted = 8),
+            ("finger1_commanded_force_y_n", |tick| tick.commanded[0].force.y = f64::MIN_POSITIVE / 4.0),
+            ("finger1_governor_acted", |tick| tick.governor_acted[0] = 8),
+            ("contact1_phase", |tick| tick.contacts[0].phase = Phase::Slide),
+            ("contact1_finger", |tick| {
+                tick.contacts[0].point = ContactPoint::Finger { host: HostIndex(0), finger: 1 };
+            }),
+            ("contact1_on_wall", |tick| tick.contacts[0].surface = ContactSurface::Wall(0)),
+            ("contact1_depth_m", |tick| tick.contacts[0].depth_m = 2e-3),
+            ("contact2_host", |tick| tick.contacts.push(contact())),
             ("diverged", |tick| tick.diverged = true),
         ];
         for (field, change) in changes {

@@ -4,9 +4,10 @@
 //! ask a [`SnapshotSource`] whenever they like and never hold a writer up.
 
 use arrayvec::ArrayVec;
-use cotouch_host::model::MAX_USERS;
-use cotouch_scene::geometry::{Pose, Reading, Wrench};
+use cotouch_host::model::{MAX_BODIES, MAX_USERS};
+use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
+use cotouch_world::contact::Phase;
 use serde::Serialize;
 
 /// A session right now.
@@ -29,13 +30,11 @@ pub struct HostSnapshot {
     pub host: HostIndex,
     /// Session time of the last tick, s.
     pub time_s: f64,
-    /// Where the user's hand is and how it moves.
-    pub hand: Reading,
-    /// What the governor let through to the device.
-    pub commanded: Wrench,
-    /// This host's copy of the object; at a client, the server's object as last heard of.
-    pub object: Pose,
-    /// Whether that object touches the wall.
+    /// The user's fingers.
+    pub fingers: ArrayVec<FingerSnapshot, MAX_FINGERS>,
+    /// This host's copy of every body, in the scene's order; at a client, the server's bodies as last heard of.
+    pub bodies: ArrayVec<Pose, MAX_BODIES>,
+    /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds at this host.
     pub diverged: bool,
@@ -54,9 +53,8 @@ impl Default for HostSnapshot {
         Self {
             host: HostIndex::FIRST,
             time_s: 0.0,
-            hand: Reading::default(),
-            commanded: Wrench::default(),
-            object: Pose::default(),
+            fingers: ArrayVec::new(),
+            bodies: ArrayVec::new(),
             touches_wall: false,
             diverged: false,
             ticks: 0,
@@ -65,6 +63,17 @@ impl Default for HostSnapshot {
             links: ArrayVec::new(),
         }
     }
+}
+
+/// One finger right now.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct FingerSnapshot {
+    /// Where it is and how it moves.
+    pub reading: Reading,
+    /// What the governor let through to the device.
+    pub commanded: Wrench,
+    /// What it does at the body that it touches; a client, whose server knows, says free.
+    pub contact: Phase,
 }
 
 /// One host's view of the way to a peer and back.

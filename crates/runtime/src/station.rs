@@ -6,25 +6,27 @@
 //! samples come into use and, at a network step, a server answers its clients. Then [`Station::finish`]: forces are
 //! computed and governed, the device renders, and the world moves on by one period.
 
-use cotouch_device::acted::LimitWatch;
-use cotouch_device::device::Device;
+use arrayvec::ArrayVec;
+use cotouch_device::acted::{Acted, LimitWatch};
+use cotouch_device::device::{Device, WorldView};
 use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput, GovernorState};
-use cotouch_host::model::{HostModel, Role};
+use cotouch_device::governor::{Governor, GovernorInput, GovernorOutput, GovernorState};
+use cotouch_host::model::{HostModel, MAX_BODIES, Role};
+use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
-use cotouch_host::step::TickOutput;
 use cotouch_net::packet::StatePacket;
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::exchange::RecordSink;
 use crate::monitor::OscillationMonitor;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 
-/// Room for a serialised state: 16 peers with full play-out buffers.
-const STATE_BYTES: usize = 1 << 18;
+/// Room for what a station's state has besides its host's, serialised.
+const STATE_BYTES: usize = 4 << 10;
 
 /// A host that renders at a device.
 ///
@@ -56,24 +58,36 @@ pub struct Station<D> {
 pub struct StationState {
     /// The host's.
     pub host: HostState,
-    /// The governor's.
-    pub governor: GovernorState,
-    /// What went through the device's port.
-    pub port: PortEnergy,
+    /// One governor's a finger of the device; their number is that of the fingers.
+    pub governors: ArrayVec<GovernorState, MAX_FINGERS>,
+    /// What went through the device's port, at each finger.
+    pub ports: ArrayVec<PortEnergy, MAX_FINGERS>,
     /// Whether the governor is to let go.
     pub releasing: bool,
     /// The last tick that was done.
     pub last_tick: Option<u64>,
-    /// The last good reading: what counts while the device fails.
-    pub last_reading: Reading,
+    /// The last good readings: what counts while the device fails.
+    pub last_readings: Readings,
+}
+
+impl StationState {
+    /// Whether this is a state of a station of `model`: one that was read may be of another scene.
+    #[must_use]
+    pub fn fits(&self, model: &HostModel) -> bool {
+        let fingers = self.governors.len();
+        self.host.fits(model)
+            && (1..=model.own_fingers()).contains(&fingers)
+            && self.ports.len() == fingers
+            && self.last_readings.len() == fingers
+    }
 }
 
 /// What is known of the instant that is being worked on.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct Instant {
     tick: u64,
     step: Option<u64>,
-    reading: Reading,
+    readings: Readings,
     device_failed: bool,
     /// Ticks that were left out before this one.
     skipped: u64,
@@ -94,22 +108,24 @@ impl<D: Device> Station<D> {
     pub fn new(scene: &Scene, host: HostIndex, device: D, sink: Option<Box<dyn RecordSink + Send>>) -> Self {
         let model = HostModel::new(scene, host);
         let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
+        let fingers = device.fingers().clamp(1, model.own_fingers());
         let state = StationState {
             host: HostState::new(&model),
-            governor: governor.start(),
-            port: PortEnergy::default(),
+            governors: std::iter::repeat_n(governor.start(), fingers).collect(),
+            ports: std::iter::repeat_n(PortEnergy::default(), fingers).collect(),
             releasing: false,
             last_tick: None,
-            last_reading: Reading::default(),
+            last_readings: resting(scene, host, fingers),
         };
+        let state_bytes = if sink.is_some() { STATE_BYTES + model.state_bytes() } else { 0 };
         Self {
             state,
             device,
-            oscillation: OscillationMonitor::new(&scene.schedule()),
+            oscillation: OscillationMonitor::new(&scene.schedule(), model.coupler_slots()),
             limits: LimitWatch::default(),
             governor,
             watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
-            state_bytes: Vec::with_capacity(if sink.is_some() { STATE_BYTES } else { 0 }),
+            state_bytes: Vec::with_capacity(state_bytes),
             sink,
             instant: Instant::default(),
             model,
@@ -132,7 +148,7 @@ impl<D: Device> Station<D> {
             watchdog_ticks: self.watchdog_ticks,
             sink: None,
             state_bytes: Vec::new(),
-            instant: self.instant,
+            instant: self.instant.clone(),
         }
     }
 
@@ -144,16 +160,16 @@ impl<D: Device> Station<D> {
         if self.state.last_tick.is_none() {
             self.device.start(tick);
         }
-        let read = self.device.read(tick);
-        let device_failed = read.is_err();
-        let reading = read.unwrap_or(self.state.last_reading);
+        let read = self.read_device(tick);
+        let device_failed = read.is_none();
+        let readings = read.unwrap_or_else(|| self.state.last_readings.clone());
         let step = self.model.step_due(&self.state.host, tick);
         let skipped = self.state.last_tick.map_or(0, |last| tick.saturating_sub(last + 1));
-        self.instant = Instant { tick, step, reading, device_failed, skipped };
+        self.instant = Instant { tick, step, readings, device_failed, skipped };
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
-        let packet = self.model.sample(&self.state.host, step?, &reading)?;
+        let packet = self.model.sample(&self.state.host, step?, &self.instant.readings)?;
         self.record(|| RecordKind::Sent { to: None, packet: packet.clone() });
         Some(packet)
     }
@@ -187,90 +203,128 @@ impl<D: Device> Station<D> {
     /// Whether the device renders no force any more after a [`release`](Self::release).
     #[must_use]
     pub fn is_released(&self) -> bool {
-        self.state.releasing && self.state.governor.is_released()
+        self.state.releasing && self.state.governors.iter().all(GovernorState::is_released)
     }
 
     /// Phase 2: due samples come into use; at a network step, `send` is handed what a server answers its clients.
     pub fn respond(&mut self, mut send: impl FnMut(HostIndex, &StatePacket)) {
         self.play_out();
-        let Instant { step, reading, .. } = self.instant;
-        let (Role::Server, Some(step)) = (self.model.role, step) else { return };
+        let (Role::Server, Some(step)) = (self.model.role, self.instant.step) else { return };
         for client in self.model.sources() {
-            if let Some(packet) = self.model.respond(&self.state.host, step, &reading, client) {
+            if let Some(packet) = self.model.respond(&self.state.host, step, &self.instant.readings, client) {
                 self.record(|| RecordKind::Sent { to: Some(client), packet: packet.clone() });
                 send(client, &packet);
             }
         }
     }
 
-    /// Phase 3: forces from what is known now, through the governor to the device, and the world one period on.
+    /// Phase 3: forces from what is known now, through the governors to the device, and the world one period on.
     ///
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> TickRecord {
         self.play_out();
-        let Instant { tick, step, reading, device_failed, skipped } = self.instant;
+        let Instant { tick, step, device_failed, .. } = self.instant;
         self.state.last_tick = Some(tick);
-        self.state.last_reading = reading;
-        let output = self.model.tick(&mut self.state.host, tick, &reading);
-        let governed = self.governor.govern(
-            &mut self.state.governor,
-            &GovernorInput {
-                requested: output.device,
-                reading,
-                stop: self.state.releasing || output.diverged || skipped > self.watchdog_ticks,
-                link_ok: self.model.role != Role::Client || self.state.host.peers[0].present,
-                fresh: !device_failed,
-            },
-        );
-        let write_failed = self.device.write(governed.commanded).is_err();
-        self.state.port.observe(&reading, governed.commanded);
+        self.state.last_readings.clone_from(&self.instant.readings);
+        let view: ArrayVec<Pose, MAX_BODIES> = self.state.host.bodies.iter().map(|body| body.pose).collect();
+        let output = self.model.tick(&mut self.state.host, tick, &self.instant.readings);
+        let governed = self.govern(&output);
+        let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
+        self.device.observe(&WorldView { bodies: &view });
+        let write_failed = self.device.write(&commanded).is_err();
+        for ((port, reading), wrench) in
+            self.state.ports.iter_mut().zip(&self.instant.readings).zip(&commanded)
+        {
+            port.observe(reading, *wrench);
+        }
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
             self.oscillation.observe(&output.couplers, step.is_some());
-            self.limits.observe(governed.acted);
+            self.limits.observe(limits_that_count(&governed));
         }
         if device_failed || write_failed {
             self.record(|| RecordKind::Note(Note::DeviceFault));
         }
-        let mut record = self.tick_record(&output, governed.commanded, governed.acted.bits().into());
+        let mut record = self.tick_record(output, &governed, commanded);
         let Punctuality { lateness_ns, compute_ns } = punctuality();
         (record.lateness_ns, record.compute_ns) = (lateness_ns, compute_ns);
         self.record(|| RecordKind::Tick(record.clone()));
         record
     }
 
-    /// Puts due samples into use. A host that has waited for the world meets it where it is: the device's frame is
-    /// moved so that the hand is at the object.
+    /// Each finger's wrench through that finger's governor.
+    fn govern(&mut self, output: &TickOutput) -> ArrayVec<GovernorOutput, MAX_FINGERS> {
+        let skipped_too_many = self.instant.skipped > self.watchdog_ticks;
+        let stop = self.state.releasing || output.diverged || skipped_too_many;
+        let link_ok = self.model.role != Role::Client || self.state.host.peers[0].present;
+        let fresh = !self.instant.device_failed;
+        let fingers = self.state.governors.iter_mut().zip(&output.device).zip(&self.instant.readings);
+        let govern = |((state, &requested), &reading): ((&mut GovernorState, _), _)| {
+            self.governor.govern(state, &GovernorInput { requested, reading, stop, link_ok, fresh })
+        };
+        fingers.map(govern).collect()
+    }
+
+    /// One reading a finger; a device that gives any other number has failed.
+    fn read_device(&mut self, tick: u64) -> Option<Readings> {
+        let mut readings = self.device.read(tick).ok()?;
+        let fingers = self.state.governors.len();
+        readings.truncate(fingers);
+        (readings.len() == fingers).then_some(readings)
+    }
+
+    /// Puts due samples into use. A host that has waited for the world meets it where it is: where bodies have no
+    /// surface, the device's frame is moved so that the hand is at the object.
     fn play_out(&mut self) {
         let tick = self.instant.tick;
         let was_adopting = self.state.host.adopting;
         self.model.play_out(&mut self.state.host, tick);
-        if was_adopting && !self.state.host.adopting {
-            self.device.recentre(self.state.host.object.pose.position);
-            self.instant.reading = self.device.read(tick).unwrap_or(self.instant.reading);
+        if was_adopting && !self.state.host.adopting && !self.model.has_surfaces() {
+            self.device.recentre(self.state.host.bodies[0].pose.position);
+            if let Some(readings) = self.read_device(tick) {
+                self.instant.readings = readings;
+            }
         }
     }
 
-    fn tick_record(&self, output: &TickOutput, commanded: Wrench, governor_acted: u32) -> TickRecord {
+    fn tick_record(
+        &self,
+        output: TickOutput,
+        governed: &ArrayVec<GovernorOutput, MAX_FINGERS>,
+        commanded: Wrenches,
+    ) -> TickRecord {
         let host = &self.state.host;
         TickRecord {
             instant: self.model.schedule.control().instant(self.instant.tick),
-            reading: self.instant.reading,
+            readings: self.instant.readings.clone(),
             device_failed: self.instant.device_failed,
             steps_in_use: host.steps_in_use(),
             fades: host.peers.iter().map(|peer| peer.fade).collect(),
-            object: host.object,
-            object_force: output.object_force,
+            bodies: host.bodies.iter().copied().collect(),
+            wrenches: output.wrenches,
+            contacts: output.contacts,
             requested: output.device,
             commanded,
-            governor_acted,
-            governor_gain: self.governor.gain(&self.state.governor),
-            energy_j: self.state.port.energy_j(),
+            governor_acted: governed.iter().map(|finger| finger.acted.bits().into()).collect(),
+            governor_gain: self.state.governors.iter().map(|state| self.governor.gain(state)).collect(),
+            energy_j: self.energy_j(),
             touches_wall: output.touches_wall,
             diverged: output.diverged,
             lateness_ns: 0,
             compute_ns: 0,
         }
+    }
+
+    /// Energy that the user has put into the session so far, with all fingers together, J.
+    #[must_use]
+    pub fn energy_j(&self) -> f64 {
+        self.state.ports.iter().map(PortEnergy::energy_j).sum()
+    }
+
+    /// The largest force that reached a finger so far, N.
+    #[must_use]
+    pub fn peak_force_n(&self) -> f64 {
+        self.state.ports.iter().map(PortEnergy::peak_force_n).fold(0.0, f64::max)
     }
 
     /// Once a second a replay can begin; also at the first tick.
@@ -297,4 +351,17 @@ impl<D: Device> Station<D> {
             sink.record(&RecordItem { host: self.model.host, tick: self.instant.tick, kind: kind() });
         }
     }
+}
+
+/// What acted at a finger whose force does not fade in or out.
+fn limits_that_count(governed: &[GovernorOutput]) -> Acted {
+    let acted = governed.iter().map(|finger| finger.acted);
+    acted.filter(|acted| !acted.intersects(Acted::FADING)).fold(Acted::empty(), |all, acted| all | acted)
+}
+
+/// Where the scene's fingers are before a device has said so.
+fn resting(scene: &Scene, host: HostIndex, fingers: usize) -> Readings {
+    let rest = |finger: usize| scene.users[host.index()].fingers.get(finger).map(|finger| finger.position_m);
+    let reading = |finger| Reading::point(rest(finger).unwrap_or_default(), DVec3::ZERO);
+    (0..fingers).map(reading).collect()
 }

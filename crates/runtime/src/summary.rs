@@ -183,7 +183,7 @@ pub struct ObjectSummary {
 pub struct UserSummary {
     /// The user's name.
     pub name: String,
-    /// Largest magnitude of the force that reached the device, N.
+    /// Largest magnitude of the force that reached a finger, N.
     pub peak_force_n: Option<f64>,
     /// Energy that the user put into the session, J; negative when the session gave more than it took.
     pub energy_j: Option<f64>,

@@ -3,7 +3,7 @@
 use cotouch_device::device::Device;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Body, Scene};
 use cotouch_world::rigid::BodyState;
 use hdrhistogram::Histogram;
 
@@ -18,7 +18,7 @@ use crate::summary::{
 #[derive(Clone, Debug)]
 pub(crate) struct HostRun {
     host: HostIndex,
-    object: BodyState,
+    bodies: Vec<BodyState>,
     diverged: bool,
     limits_exceeded: bool,
     /// Mean oscillation energy of the last quarter but one and of the last, J.
@@ -33,12 +33,12 @@ impl HostRun {
     pub(crate) fn new<D: Device>(station: &Station<D>, timing: Timing, links: Vec<LinkStatistics>) -> Self {
         Self {
             host: station.model.host,
-            object: station.state.host.object,
+            bodies: station.state.host.bodies.clone(),
             diverged: station.state.host.diverged,
             limits_exceeded: station.limits.is_exceeded(station.model.schedule.control()),
             oscillation_j: station.oscillation.last_two_quarters_j(),
-            peak_force_n: station.state.port.peak_force_n(),
-            energy_j: station.state.port.energy_j(),
+            peak_force_n: station.peak_force_n(),
+            energy_j: station.energy_j(),
             timing,
             links,
         }
@@ -53,7 +53,7 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.stable = summary.instability.is_none();
     summary.haptic = haptic(runs);
     summary.network = network(runs);
-    summary.objects = runs.first().map(object).into_iter().collect();
+    summary.objects = runs.first().map(|run| objects(scene, run)).unwrap_or_default();
     for run in runs {
         if let Some(user) = summary.users_detail.get_mut(run.host.index()) {
             (user.peak_force_n, user.energy_j) = (Some(run.peak_force_n), Some(run.energy_j));
@@ -123,12 +123,14 @@ fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTrip 
     RoundTrip { mean: Some(mean), rms_jitter: Some((squares / count - mean * mean).max(0.0).sqrt()) }
 }
 
-fn object(run: &HostRun) -> ObjectSummary {
-    let pose = run.object.pose;
-    let turn = pose.orientation;
-    ObjectSummary {
-        name: "object".to_owned(),
-        position_m: pose.position.to_array(),
-        orientation_wxyz: [turn.w, turn.x, turn.y, turn.z],
-    }
+fn objects(scene: &Scene, run: &HostRun) -> Vec<ObjectSummary> {
+    let object = |(body, state): (Body, &BodyState)| {
+        let turn = state.pose.orientation;
+        ObjectSummary {
+            name: body.name,
+            position_m: state.pose.position.to_array(),
+            orientation_wxyz: [turn.w, turn.x, turn.y, turn.z],
+        }
+    };
+    scene.world_bodies().into_iter().zip(&run.bodies).map(object).collect()
 }

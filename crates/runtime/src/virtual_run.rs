@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cotouch_device::hand::{HandError, SimulatedHand};
+use cotouch_device::finger::FingerError;
+use cotouch_device::user::SimulatedUser;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
@@ -35,7 +36,7 @@ pub enum VirtualRunError {
     },
     /// The scene's hands cannot be simulated.
     #[error(transparent)]
-    Hand(#[from] HandError),
+    Hand(#[from] FingerError),
     /// The recording cannot be written.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -82,9 +83,9 @@ pub fn run(
 fn new_session(
     scene: &Scene,
     recorder: Option<&Arc<Mutex<Recorder>>>,
-) -> Result<VirtualSession<SimulatedHand>, HandError> {
+) -> Result<VirtualSession<SimulatedUser>, FingerError> {
     let hands: Vec<_> =
-        scene.hosts().map(|host| SimulatedHand::of_scene(scene, host)).collect::<Result<_, _>>()?;
+        scene.hosts().map(|host| SimulatedUser::of_scene(scene, host)).collect::<Result<_, _>>()?;
     let mut hands = hands.into_iter();
     Ok(VirtualSession::new(scene, |host| {
         let sink =
@@ -94,7 +95,7 @@ fn new_session(
 }
 
 /// Runs on until no device renders a force any more.
-fn release(session: &mut VirtualSession<SimulatedHand>, tick: u64, rate_hz: f64) {
+fn release(session: &mut VirtualSession<SimulatedUser>, tick: u64, rate_hz: f64) {
     let hosts: Vec<HostIndex> = session.hosts().iter().map(|host| host.station.model.host).collect();
     for &host in &hosts {
         session.host_mut(host).station.release();
@@ -107,8 +108,8 @@ fn release(session: &mut VirtualSession<SimulatedHand>, tick: u64, rate_hz: f64)
     }
 }
 
-fn runs(scene: &Scene, session: &VirtualSession<SimulatedHand>) -> Vec<HostRun> {
-    let run = |host: &crate::virtual_time::VirtualHost<SimulatedHand>| {
+fn runs(scene: &Scene, session: &VirtualSession<SimulatedUser>) -> Vec<HostRun> {
+    let run = |host: &crate::virtual_time::VirtualHost<SimulatedUser>| {
         let peers = host.station.model.host.others(scene.session.users);
         let links = peers.filter_map(|peer| host.endpoint.statistics(peer)).collect();
         let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };

@@ -7,7 +7,7 @@
 use std::net::{Ipv4Addr, SocketAddr};
 
 use cotouch_device::device::Device;
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::user::SimulatedUser;
 use cotouch_net::link::SimulatedLink;
 use cotouch_net::session::{Endpoint, Event};
 use cotouch_scene::names::HostIndex;
@@ -20,7 +20,7 @@ use crate::station::{Punctuality, Station};
 const NEVER: i64 = i64::MAX;
 
 /// A session whose hosts, links and clocks all live in one value.
-pub struct VirtualSession<D = SimulatedHand> {
+pub struct VirtualSession<D = SimulatedUser> {
     control: Rate,
     hosts: Vec<VirtualHost<D>>,
     /// From host `i` to host `j` at `i·users + j`.
@@ -31,7 +31,7 @@ pub struct VirtualSession<D = SimulatedHand> {
 }
 
 /// One host of a virtual session.
-pub struct VirtualHost<D = SimulatedHand> {
+pub struct VirtualHost<D = SimulatedUser> {
     /// Host, device and governor.
     pub station: Station<D>,
     /// The session protocol.

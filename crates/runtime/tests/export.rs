@@ -29,12 +29,17 @@ fn a_row_a_tick_and_every_number_exact() {
         assert_eq!(cell(row, "host"), format!("host{}", row % 2 + 1));
         assert_eq!(cell(row, "tick"), tick.to_string());
         let number = |name| cell(row, name).parse::<f64>().unwrap().to_bits();
-        assert_eq!(number("hand_position_x_m"), expected.reading.pose.position.x.to_bits());
-        assert_eq!(number("hand_position_z_m"), (-0.0f64).to_bits());
-        assert_eq!(number("object_position_x_m"), expected.object.pose.position.x.to_bits());
-        assert_eq!(number("object_force_x_n"), (-1.5f64).to_bits());
+        assert_eq!(number("finger1_position_x_m"), expected.readings[0].pose.position.x.to_bits());
+        assert_eq!(number("finger1_position_z_m"), (-0.0f64).to_bits());
+        assert_eq!(number("body1_position_x_m"), expected.bodies[0].pose.position.x.to_bits());
+        assert_eq!(number("body1_force_x_n"), (-1.5f64).to_bits());
         assert_eq!(number("energy_j"), expected.energy_j.to_bits());
         assert_eq!(cell(row, "step_in_use_host1"), "");
+        let touches = row % 2 == 1 && tick % 2 == 0;
+        assert_eq!(cell(row, "finger2_contact_phase"), if touches { "1" } else { "0" }, "{row}");
+        assert_eq!(cell(row, "finger2_contact_body"), if touches { "1" } else { "" });
+        assert_eq!(number("finger2_contact_force_y_n"), if touches { -0.5f64 } else { 0.0 }.to_bits());
+        assert_eq!(cell(row, "finger1_contact_phase"), "0");
         let step = tick.checked_sub(9).map(|step| step.to_string()).unwrap_or_default();
         assert_eq!(cell(row, "step_in_use_host2"), step);
     }
@@ -51,13 +56,13 @@ fn one_host_alone() {
 #[test]
 fn odd_numbers_read_back() {
     let mut record = tick_record(0);
-    record.object.twist.linear = [f64::INFINITY, f64::from_bits(1), f64::NAN].into();
+    record.bodies[0].twist.linear = [f64::INFINITY, f64::from_bits(1), f64::NAN].into();
     let item = RecordItem { host: HostIndex(0), tick: 0, kind: RecordKind::Tick(record) };
     let (names, rows) = table(&[item], None);
     let cell = |name: &str| &rows[0][names.iter().position(|other| other == name).unwrap()];
-    assert_eq!(cell("object_velocity_x_m_per_s"), "inf");
-    assert_eq!(cell("object_velocity_y_m_per_s").parse::<f64>().unwrap().to_bits(), 1);
-    assert_eq!(cell("object_velocity_z_m_per_s"), "NaN");
+    assert_eq!(cell("body1_velocity_x_m_per_s"), "inf");
+    assert_eq!(cell("body1_velocity_y_m_per_s").parse::<f64>().unwrap().to_bits(), 1);
+    assert_eq!(cell("body1_velocity_z_m_per_s"), "NaN");
 }
 
 #[test]

@@ -7,7 +7,7 @@ use std::net::UdpSocket;
 
 use arrayvec::ArrayVec;
 use common::session;
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::user::SimulatedUser;
 use cotouch_net::packet::StatePacket;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
@@ -68,16 +68,16 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
     assert!(stations.iter().all(Station::is_released));
 }
 
-fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedHand>>, Vec<RecordConsumer>) {
+fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedUser>>, Vec<RecordConsumer>) {
     let station = |host| {
         let (producer, consumer) = record_ring(host, DEFAULT_CAPACITY);
-        let hand = SimulatedHand::of_scene(scene, host).unwrap();
+        let hand = SimulatedUser::of_scene(scene, host).unwrap();
         (Station::new(scene, host, hand, Some(Box::new(producer))), consumer)
     };
     scene.hosts().map(station).unzip()
 }
 
-fn set_all_present(stations: &mut [Station<SimulatedHand>], present: bool) {
+fn set_all_present(stations: &mut [Station<SimulatedUser>], present: bool) {
     let users = stations[0].model.users;
     for station in stations {
         for peer in station.model.host.others(users) {
@@ -87,7 +87,7 @@ fn set_all_present(stations: &mut [Station<SimulatedHand>], present: bool) {
 }
 
 /// One instant of all stations, with a network that takes no time.
-fn instant(stations: &mut [Station<SimulatedHand>], tick: u64) {
+fn instant(stations: &mut [Station<SimulatedUser>], tick: u64) {
     let mut sent: ArrayVec<(HostIndex, StatePacket), 16> = ArrayVec::new();
     for station in stations.iter_mut() {
         if let Some(packet) = station.begin(tick) {

@@ -10,13 +10,13 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use cotouch_device::device::{Device, DeviceError, DeviceLimits};
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::device::{Device, DeviceError, DeviceLimits, WorldView};
+use cotouch_device::user::SimulatedUser;
 use cotouch_runtime::real_time::{RealTimeOptions, join, realisable, run_local, run_local_with, serve};
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::session_handle::SessionHandle;
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use glam::DVec3;
@@ -59,7 +59,7 @@ fn assert_smooth(scene: &Scene, ticks: &[(u64, TickRecord)]) {
     let slew_n = scene.governor.max_slew_n_per_s / scene.rates.control_hz.hz() * (1.0 + 1e-9);
     for pair in ticks.windows(2) {
         assert!(pair[0].0 < pair[1].0);
-        let change = pair[1].1.commanded.force - pair[0].1.commanded.force;
+        let change = pair[1].1.commanded[0].force - pair[0].1.commanded[0].force;
         assert!(change.length() <= slew_n, "tick {}: {} N in one tick", pair[1].0, change.length());
     }
 }
@@ -109,10 +109,10 @@ fn a_stop_lets_go_smoothly() {
             let ticks = ticks_of(&recording, host);
             assert_smooth(&scene, &ticks);
             assert!(
-                ticks.iter().any(|(_, tick)| tick.commanded.force.length() > 0.05),
+                ticks.iter().any(|(_, tick)| tick.commanded[0].force.length() > 0.05),
                 "{architecture} {host}"
             );
-            assert_eq!(ticks.last().unwrap().1.commanded, Wrench::default(), "{architecture} {host}");
+            assert_eq!(ticks.last().unwrap().1.commanded[..], [Wrench::default()], "{architecture} {host}");
         }
     }
 }
@@ -172,7 +172,7 @@ fn free_address() -> SocketAddr {
 
 /// A hand whose device now and then takes twenty milliseconds to answer.
 struct Dozing {
-    hand: SimulatedHand,
+    hand: SimulatedUser,
     reads: u64,
 }
 
@@ -193,7 +193,7 @@ impl Device for Dozing {
         self.hand.recentre(position);
     }
 
-    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
         self.reads += 1;
         if self.reads.is_multiple_of(150) {
             thread::sleep(Duration::from_millis(20));
@@ -201,8 +201,12 @@ impl Device for Dozing {
         self.hand.read(tick)
     }
 
-    fn write(&mut self, wrench: Wrench) -> Result<(), DeviceError> {
-        self.hand.write(wrench)
+    fn observe(&mut self, view: &WorldView<'_>) {
+        self.hand.observe(view);
+    }
+
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        self.hand.write(wrenches)
     }
 }
 
@@ -213,7 +217,7 @@ fn a_slow_device_costs_ticks_that_are_recorded() {
     for architecture in ARCHITECTURES {
         let scene = real_scene(architecture, &[]);
         let device = |host| {
-            let hand = SimulatedHand::of_scene(&scene, host).unwrap();
+            let hand = SimulatedUser::of_scene(&scene, host).unwrap();
             Box::new(Dozing { hand, reads: 0 }) as Box<dyn Device>
         };
         let options = RealTimeOptions { duration_s: Some(1.5), ..recorded(&path) };

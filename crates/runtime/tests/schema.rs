@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 
 use common::{record, session, tick_record};
 use cotouch_scene::time::Rate;
-use prost_reflect::{DescriptorPool, DynamicMessage};
+use prost_reflect::{DescriptorPool, DynamicMessage, Value};
 
 fn decode(message: &mcap::Message<'_>) -> DynamicMessage {
     let schema = message.channel.schema.as_ref().unwrap();
@@ -22,7 +22,14 @@ fn decode(message: &mcap::Message<'_>) -> DynamicMessage {
 fn number(message: &DynamicMessage, path: &str) -> f64 {
     let (first, rest) = path.split_once('.').unwrap_or((path, ""));
     let value = message.get_field_by_name(first).unwrap();
-    if rest.is_empty() { value.as_f64().unwrap() } else { number(value.as_message().unwrap(), rest) }
+    match (value.as_ref(), rest.split_once('.')) {
+        (Value::List(elements), Some((index, rest))) => {
+            number(elements[index.parse::<usize>().unwrap()].as_message().unwrap(), rest)
+        }
+        (Value::Message(inner), _) => number(inner, rest),
+        (Value::U32(whole), _) => f64::from(*whole),
+        (value, _) => value.as_f64().unwrap(),
+    }
 }
 
 #[test]
@@ -37,9 +44,10 @@ fn a_generic_reader_reads_everything() {
         if message.channel.topic == "/host2/tick" {
             let expected = tick_record(ticks);
             let number = |path| number(&decoded, path);
-            assert_eq!(number("reading.pose.position_m.x"), expected.reading.pose.position.x);
-            assert_eq!(number("object.twist.linear_m_per_s.x"), expected.object.twist.linear.x);
-            assert_eq!(number("object_force_n.x"), -1.5);
+            assert_eq!(number("fingers.0.pose.position_m.x"), expected.readings[0].pose.position.x);
+            assert_eq!(number("bodies.0.twist.linear_m_per_s.x"), expected.bodies[0].twist.linear.x);
+            assert_eq!(number("body_wrenches.0.force_n.x"), -1.5);
+            assert_eq!(number("contacts.0.host"), 8.0);
             assert_eq!(message.log_time, Rate::new(1024, 1).unwrap().instant(ticks).0 as u64);
             ticks += 1;
         }

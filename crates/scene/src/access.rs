@@ -1,18 +1,20 @@
 //! Single keys of a scene: reading one, and a scene with one number changed (what sweeps and gain design do).
 
+use std::sync::Arc;
+
 use crate::check::fill_up;
 use crate::consistency;
 use crate::error::{Place, Problem, SceneError, SceneErrors};
 use crate::keys::Key;
 use crate::keys::parts::IMPAIRMENT;
 use crate::keys::scene::{LINK_IMPAIRMENT, SCENE};
-use crate::scene::{Impairment, Scene};
+use crate::scene::{Impairment, Scene, Shape};
 use crate::unknown;
 use crate::value::{Value, plain};
 
 impl Scene {
     /// The value of a dotted key such as `coupling.hand_object.stiffness_n_per_m`; nothing when no scene has that key
-    /// (the keys of `[[user]]` and `[[link.way]]` are fields of [`Scene::users`] and [`crate::scene::Link::ways`]).
+    /// (the keys of lists such as `[[user]]` are fields of [`Scene::users`] and the like).
     #[must_use]
     pub fn get(&self, key: &str) -> Option<Value> {
         match find(key)? {
@@ -41,17 +43,27 @@ pub fn with_override(scene: &Scene, key: &str, number: f64) -> Result<Scene, Sce
         None => return Err(unknown_key(key, number).into()),
     };
     set.map_err(|allowed| not_allowed(key, number, key.to_owned(), plain(number), allowed))?;
+    rescale_surface(&mut changed.object.shape, scene.object.shape.mesh_scale);
     let users = usize::from(changed.session.users);
     fill_up(&mut changed.users, users);
     let mut conflicts = consistency::of_numbers(&changed);
     if users > scene.users.len() {
-        conflicts.extend(consistency::of_names(&changed.users));
+        conflicts.extend(consistency::of_names(&changed));
     }
     let errors = conflicts.into_iter().map(|conflict| {
         let key_at_fault = conflict.keys.into_iter().next().unwrap_or_default();
         not_allowed(key, number, key_at_fault, conflict.found, conflict.allowed)
     });
     SceneErrors::from_list(errors.collect()).map_or(Ok(changed), Err)
+}
+
+/// A mesh that was read in another scale than the shape now has.
+fn rescale_surface(shape: &mut Shape, before: f64) {
+    if shape.mesh_scale != before
+        && let Some(surface) = &shape.surface
+    {
+        shape.surface = Some(Arc::new(surface.scaled(shape.mesh_scale / before)));
+    }
 }
 
 enum Found {

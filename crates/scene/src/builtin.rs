@@ -5,6 +5,10 @@ use std::iter::Iterator;
 const SCENES: &[(&str, &str)] = &[
     ("single-axis", include_str!("../scenes/single-axis.toml")),
     ("single-axis-centralized", include_str!("../scenes/single-axis-centralized.toml")),
+    ("grasp", include_str!("../scenes/grasp.toml")),
+    ("grasp-centralized", include_str!("../scenes/grasp-centralized.toml")),
+    ("sinusoid", include_str!("../scenes/sinusoid.toml")),
+    ("push-wall", include_str!("../scenes/push-wall.toml")),
 ];
 
 /// The names of the built-in scenes.

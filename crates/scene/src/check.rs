@@ -1,24 +1,36 @@
 //! From the tree of a scene to a checked [`Scene`]: every key against its table, then the keys against each other.
 
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use crate::blank;
 use crate::consistency::{self, Conflict};
 use crate::error::{Place, Problem, SceneError};
-use crate::keys::parts::{ACTIONS, ActionKind, DO, IMPAIRMENT, SCRIPT, USER, WAY};
-use crate::keys::scene::{LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::parts::{
+    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+};
+use crate::keys::scene::{BODY_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 use crate::keys::{Fallback, Key};
-use crate::scene::{Action, Scene, User, Way};
+use crate::mesh;
+use crate::scene::{Action, Body, Finger, Scene, Shape, ShapeKind, User, WallPlane, Way};
 use crate::tree::{self, Content, Node, Table};
 use crate::unknown;
 use crate::value::Value;
 
-/// Reads the scene in `tree`; `name` is its name if it has none of its own.
+/// Reads the scene in `tree`; `name` is its name if it has none of its own, `base` the folder from which its mesh files
+/// are named.
 ///
 /// # Errors
 /// Every problem found.
-pub(crate) fn scene(tree: Table, whole: Place, name: String) -> Result<Scene, Vec<SceneError>> {
-    let mut reader = Reader { places: BTreeMap::new(), wrong: Vec::new(), errors: Vec::new() };
+pub(crate) fn scene(
+    tree: Table,
+    whole: Place,
+    name: String,
+    base: Option<&Path>,
+) -> Result<Scene, Vec<SceneError>> {
+    let base = base.map(Path::to_owned);
+    let mut reader = Reader { base, places: BTreeMap::new(), wrong: Vec::new(), errors: Vec::new() };
     let scene = reader.scene(&mut Scope { rest: tree, prefix: String::new(), place: whole }, name);
     if reader.errors.is_empty() { Ok(scene) } else { Err(reader.errors) }
 }
@@ -38,6 +50,7 @@ pub(crate) fn fill_up(users: &mut Vec<User>, count: usize) {
 }
 
 struct Reader {
+    base: Option<PathBuf>,
     /// Where each key was written.
     places: BTreeMap<String, Place>,
     /// Keys with a problem of their own: no conflict of theirs is worth a word.
@@ -67,15 +80,18 @@ impl Reader {
         let mut scene = blank::scene(name);
         scene.users = self.list(scope, USER_LIST.0, Self::user);
         scene.link.ways = self.list(scope, WAY_LIST.0, Self::way);
+        scene.bodies = self.list(scope, BODY_LIST.0, Self::body);
+        scene.wall.planes = self.list(scope, PLANE_LIST.0, Self::plane);
         scene.session.users = scene.users.len().clamp(2, 16) as u8;
         self.fill(IMPAIRMENT, scope, LINK_IMPAIRMENT, &mut scene.link.impairment);
         self.fill(SCENE, scope, "", &mut scene);
+        self.surface(scope, "object.", &mut scene.object.shape);
         self.refuse_unknown(scope, &unknown::scene_keys());
 
-        self.report(scope, consistency::of_users(&scene.users));
+        self.report(scope, consistency::of_users(&scene));
         self.settle_users(scope, &mut scene);
         self.report(scope, consistency::of_numbers(&scene));
-        self.report(scope, consistency::of_names(&scene.users));
+        self.report(scope, consistency::of_names(&scene));
         scene
     }
 
@@ -97,9 +113,71 @@ impl Reader {
     fn user(&mut self, scope: &mut Scope, number: usize) -> Option<User> {
         let mut user = blank::user(number);
         user.script = self.list(scope, SCRIPT.0, Self::action);
+        let fingers = self.list(scope, FINGER_LIST.0, Self::finger);
+        if !fingers.is_empty() {
+            user.fingers = fingers;
+        }
         self.fill(USER, scope, "", &mut user);
         self.refuse_unknown(scope, &unknown::user_keys());
         Some(user)
+    }
+
+    fn finger(&mut self, scope: &mut Scope, _: usize) -> Option<Finger> {
+        let mut finger = blank::finger();
+        finger.script = self.list(scope, FINGER_SCRIPT.0, Self::action);
+        self.fill(FINGER, scope, "", &mut finger);
+        self.refuse_unknown(scope, &unknown::finger_keys());
+        Some(finger)
+    }
+
+    fn body(&mut self, scope: &mut Scope, number: usize) -> Option<Body> {
+        let mut body = blank::body(number);
+        self.fill(BODY, scope, "", &mut body);
+        let prefix = scope.prefix.clone();
+        self.surface(scope, &prefix, &mut body.shape);
+        self.refuse_unknown(scope, &unknown::body_keys());
+        Some(body)
+    }
+
+    fn plane(&mut self, scope: &mut Scope, number: usize) -> Option<WallPlane> {
+        let mut plane = blank::wall_plane(number);
+        self.fill(PLANE, scope, "", &mut plane);
+        self.refuse_unknown(scope, &unknown::plane_keys());
+        Some(plane)
+    }
+
+    /// Reads the mesh file of a hull or mesh; its path becomes absolute, so that the scene can be read again elsewhere.
+    fn surface(&mut self, scope: &Scope, prefix: &str, shape: &mut Shape) {
+        let key = format!("{prefix}mesh");
+        let has_file = matches!(shape.kind, ShapeKind::Hull | ShapeKind::Mesh) && !shape.mesh.is_empty();
+        if !has_file || self.wrong.contains(&key) {
+            return;
+        }
+        let place = self.places.get(&key).unwrap_or(&scope.place).clone();
+        let path = match (&place, &self.base) {
+            (Place::File { .. }, Some(base)) => base.join(&shape.mesh),
+            (Place::File { .. }, None) if Path::new(&shape.mesh).is_relative() => {
+                let allowed = "an absolute path, because this scene is not in a file".to_owned();
+                let found = format!("\"{}\"", tree::shorten(&shape.mesh));
+                self.wrong.push(key.clone());
+                self.add(place, Problem::NotAllowed { key, found, allowed });
+                return;
+            }
+            _ => PathBuf::from(&shape.mesh),
+        };
+        let is_hull = shape.kind == ShapeKind::Hull;
+        match mesh::read_file(&path, shape.mesh_scale, is_hull) {
+            Ok(surface) => shape.surface = Some(Arc::new(surface)),
+            Err(error) => {
+                self.wrong.push(key.clone());
+                let text = format!("{key} is {}, in which {error}", path.display());
+                self.add(place, Problem::Unreadable(text));
+            }
+        }
+        let absolute = std::path::absolute(&path).ok();
+        if let Some(text) = absolute.as_deref().and_then(Path::to_str) {
+            text.clone_into(&mut shape.mesh);
+        }
     }
 
     fn way(&mut self, scope: &mut Scope, _: usize) -> Option<Way> {

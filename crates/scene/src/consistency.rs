@@ -1,9 +1,12 @@
 //! What the keys of a scene demand of each other.
 
+use crate::geometry::MAX_FINGERS;
 use crate::names::HostIndex;
-use crate::scene::{Action, Architecture, Impairment, Scene, User};
+use crate::scene::{Action, Architecture, Body, Impairment, Scene};
 use crate::time::Schedule;
 use crate::value::plain;
+
+mod bodies;
 
 /// Keys whose values do not go together.
 pub(crate) struct Conflict {
@@ -29,6 +32,7 @@ pub(crate) fn of_numbers(scene: &Scene) -> Vec<Conflict> {
     found.extend(of_return_delay(scene));
     found.extend(of_loss("link.impairment", &scene.link.impairment));
     of_ways(scene, &mut found);
+    bodies::of_bodies(scene, &mut found);
     found
 }
 
@@ -95,41 +99,93 @@ fn of_ways(scene: &Scene, found: &mut Vec<Conflict>) {
     }
 }
 
-/// Conflicts within each user's table.
-pub(crate) fn of_users(users: &[User]) -> Vec<Conflict> {
+/// Conflicts within each user's table, and of what hands are to grasp.
+pub(crate) fn of_users(scene: &Scene) -> Vec<Conflict> {
     let mut found = Vec::new();
-    for (index, user) in users.iter().enumerate() {
+    for (index, user) in scene.users.iter().enumerate() {
         let table = format!("user.{}", index + 1);
-        if user.script.iter().any(Action::tracks) && user.tracking.stiffness_n_per_m == 0.0 {
-            let keys = [&format!("{table}.tracking.stiffness_n_per_m"), &format!("{table}.script")];
+        let mut scripts = vec![(format!("{table}.script"), &user.script)];
+        let of_finger = |number: usize| format!("{table}.finger.{}.script", number + 1);
+        scripts.extend(
+            user.fingers.iter().enumerate().map(|(number, finger)| (of_finger(number), &finger.script)),
+        );
+        if user.fingers.len() > MAX_FINGERS {
+            let allowed = format!("a list of 1 to {MAX_FINGERS} tables");
+            found.push(conflict(
+                &[&format!("{table}.finger")],
+                format!("a list of {}", user.fingers.len()),
+                allowed,
+            ));
+        }
+        let tracks = scripts.iter().find(|(_, script)| script.iter().any(Action::tracks));
+        if let Some((script, _)) = tracks
+            && user.tracking.stiffness_n_per_m == 0.0
+        {
+            let keys = [&format!("{table}.tracking.stiffness_n_per_m"), script];
             found.push(conflict(
                 &keys.map(String::as_str),
                 "0",
-                "more than 0, because the script holds, reaches or follows a sinusoid",
+                "more than 0, because the script holds, reaches, grasps or follows a path in another way",
             ));
         }
-        for (number, action) in user.script.iter().enumerate() {
-            if let Action::PushAndLetGo { push_s, duration_s, .. } = action
-                && push_s > duration_s
-            {
-                let action = format!("{table}.script.{}", number + 1);
-                let keys = [&format!("{action}.push_s"), &format!("{action}.duration_s")];
-                let allowed = format!("at most duration_s ({})", plain(*duration_s));
-                found.push(conflict(&keys.map(String::as_str), plain(*push_s), allowed));
+        for (table, script) in &scripts {
+            for (number, action) in script.iter().enumerate() {
+                found.extend(of_action(scene, &format!("{table}.{}", number + 1), action));
             }
         }
     }
     found
 }
 
-/// Users that are called the same.
-pub(crate) fn of_names(users: &[User]) -> Vec<Conflict> {
+fn of_action(scene: &Scene, table: &str, action: &Action) -> Option<Conflict> {
+    match action {
+        Action::PushAndLetGo { push_s, duration_s, .. } if push_s > duration_s => {
+            let keys = [&format!("{table}.push_s"), &format!("{table}.duration_s")];
+            let allowed = format!("at most duration_s ({})", plain(*duration_s));
+            Some(conflict(&keys.map(String::as_str), plain(*push_s), allowed))
+        }
+        Action::Grasp { body, .. } => {
+            let bodies = scene.world_bodies();
+            let free: Vec<&Body> = bodies.iter().filter(|body| !body.fixed).collect();
+            let is_there = free.iter().any(|free| free.name == *body);
+            (!is_there).then(|| {
+                let names: Vec<String> = free.iter().map(|free| format!("{:?}", free.name)).collect();
+                let allowed = match names.len() {
+                    0 => "left out, because no body can be moved".to_owned(),
+                    _ => format!("the name of a body that is not fixed: {}", names.join(" or ")),
+                };
+                conflict(&[&format!("{table}.body")], format!("{body:?}"), allowed)
+            })
+        }
+        _ => None,
+    }
+}
+
+/// Users that are called the same; bodies and walls that are called the same.
+pub(crate) fn of_names(scene: &Scene) -> Vec<Conflict> {
+    let users: Vec<(&str, String)> = named("user", scene.users.iter().map(|user| user.name.as_str()));
+    let bodies = named("body", scene.bodies.iter().map(|body| body.name.as_str()));
+    let planes = named("wall.plane", scene.wall.planes.iter().map(|plane| plane.name.as_str()));
+    // A world without [[body]] or [[wall.plane]] has these.
+    let object = scene.bodies.is_empty().then(|| ("object", "object".to_owned()));
+    let wall = scene.wall.planes.is_empty().then(|| ("wall", "wall".to_owned()));
+    let mut found = same_names(&users);
+    found.extend(same_names(&[object.into_iter().chain(wall).collect(), bodies, planes].concat()));
+    found
+}
+
+/// Each name with the table that it is of.
+fn named<'a>(list: &str, names: impl Iterator<Item = &'a str>) -> Vec<(&'a str, String)> {
+    names.enumerate().map(|(index, name)| (name, format!("{list}.{}", index + 1))).collect()
+}
+
+fn same_names(names: &[(&str, String)]) -> Vec<Conflict> {
     let mut found = Vec::new();
-    for (index, user) in users.iter().enumerate() {
-        if let Some(other) = users[..index].iter().position(|other| other.name == user.name) {
-            let keys = [&format!("user.{}.name", index + 1), &format!("user.{}.name", other + 1)];
-            let allowed = format!("another name than that of user {}", other + 1);
-            found.push(conflict(&keys.map(String::as_str), format!("{:?}", user.name), allowed));
+    for (index, (name, table)) in names.iter().enumerate() {
+        if let Some((_, other)) = names[..index].iter().find(|(other, _)| other == name) {
+            let keys = [&format!("{table}.name"), &format!("{other}.name")];
+            let allowed = format!("another name than that of {}", other.replace('.', " "));
+            found.push(conflict(&keys.map(String::as_str), format!("{name:?}"), allowed));
         }
     }
     found

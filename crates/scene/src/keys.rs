@@ -3,6 +3,7 @@
 
 pub(crate) mod parts;
 pub(crate) mod scene;
+mod shape;
 
 use crate::time::Rate;
 use crate::tree::{Content, Node};

@@ -36,6 +36,8 @@ mod consistency;
 pub mod error;
 pub mod geometry;
 mod keys;
+pub mod mass;
+pub mod mechanism;
 pub mod mesh;
 pub mod names;
 pub mod overrides;
@@ -51,6 +53,7 @@ pub mod write;
 
 pub use access::with_override;
 pub use error::{SceneError, SceneErrors};
+pub use mass::MassProperties;
 pub use overrides::Override;
 pub use scene::Scene;
 pub use schema::json_schema;

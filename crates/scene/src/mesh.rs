@@ -14,3 +14,20 @@ pub struct TriangleMesh {
     /// Inertia about the centre of mass of a body of this shape and uniform density, per kilogram: m².
     pub inertia_per_mass_m2: DMat3,
 }
+
+impl TriangleMesh {
+    /// The same mesh, `ratio` times as large.
+    #[must_use]
+    pub fn scaled(&self, ratio: f64) -> Self {
+        Self {
+            vertices: self.vertices.iter().map(|&vertex| vertex * ratio).collect(),
+            triangles: self.triangles.clone(),
+            volume_m3: self.volume_m3 * ratio.powi(3),
+            inertia_per_mass_m2: self.inertia_per_mass_m2 * ratio.powi(2),
+        }
+    }
+}
+
+pub(crate) fn read_file(_: &std::path::Path, _: f64, _: bool) -> Result<TriangleMesh, String> {
+    Err("nothing".into())
+}

@@ -3,8 +3,10 @@
 use std::fmt::Write as _;
 
 use crate::keys::Key;
-use crate::keys::parts::{ACTIONS, IMPAIRMENT, SCRIPT, USER, WAY};
-use crate::keys::scene::{INCLUDE, LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::parts::{
+    ACTIONS, BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+};
+use crate::keys::scene::{BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 
 /// A scene key, as documentation and completion need it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -34,9 +36,14 @@ pub fn markdown() -> String {
     );
     section(&mut text, "A scene", "All numbers are SI; the unit is in the name.", &keys());
     section(&mut text, "`link.include`", INCLUDE.1, &[]);
+    section(&mut text, &format!("`[[{}]]`", BODY_LIST.0), BODY_LIST.1, &infos(BODY, ""));
+    section(&mut text, &format!("`[[{}]]`", PLANE_LIST.0), PLANE_LIST.1, &infos(PLANE, ""));
     let way = [infos(WAY, ""), infos(IMPAIRMENT, "")].concat();
     section(&mut text, &format!("`[[{}]]`", WAY_LIST.0), WAY_LIST.1, &way);
     section(&mut text, &format!("`[[{}]]`", USER_LIST.0), USER_LIST.1, &infos(USER, ""));
+    let finger = format!("`[[{}.{}]]`", USER_LIST.0, FINGER_LIST.0);
+    section(&mut text, &finger, FINGER_LIST.1, &infos(FINGER, ""));
+    section(&mut text, &format!("`{}` of a finger", FINGER_SCRIPT.0), FINGER_SCRIPT.1, &[]);
     section(&mut text, &format!("`{}` of a user", SCRIPT.0), SCRIPT.1, &[]);
     for kind in ACTIONS {
         section(&mut text, &format!("`do = \"{}\"`", kind.word), kind.doc, &infos(kind.keys, ""));

@@ -2,8 +2,12 @@
 
 use serde_json::{Map, Value as Json, json};
 
-use crate::keys::parts::{ACTIONS, ActionKind, DO, IMPAIRMENT, SCRIPT, USER, WAY};
-use crate::keys::scene::{INCLUDE, LINK_IMPAIRMENT, SCENE, TABLES, USER_LIST, WAY_LIST};
+use crate::keys::parts::{
+    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+};
+use crate::keys::scene::{
+    BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, TABLES, USER_LIST, WAY_LIST,
+};
 use crate::keys::{Fallback, Key, Kind};
 
 /// The JSON Schema (draft 2020-12) of a scene file. It states every key's kind, range, default, unit and meaning; what
@@ -16,6 +20,12 @@ pub fn json_schema() -> Json {
     add_keys(&mut root, SCENE, "");
     add_keys(&mut root, IMPAIRMENT, LINK_IMPAIRMENT);
     add(&mut root, INCLUDE.0, json!({ "type": "string", "description": INCLUDE.1 }));
+    let mut body = object(BODY_LIST.1);
+    add_keys(&mut body, BODY, "");
+    add(&mut root, BODY_LIST.0, list(body, BODY_LIST.1));
+    let mut plane = object(PLANE_LIST.1);
+    add_keys(&mut plane, PLANE, "");
+    add(&mut root, PLANE_LIST.0, list(plane, PLANE_LIST.1));
     let mut way = object(WAY_LIST.1);
     add_keys(&mut way, WAY, "");
     add_keys(&mut way, IMPAIRMENT, "");
@@ -23,7 +33,13 @@ pub fn json_schema() -> Json {
     let mut user = object(USER_LIST.1);
     add_keys(&mut user, USER, "");
     let actions: Vec<Json> = ACTIONS.iter().map(action).collect();
-    add(&mut user, SCRIPT.0, list(json!({ "oneOf": actions }), SCRIPT.1));
+    root["$defs"] = json!({ "action": { "oneOf": actions } });
+    let an_action = || json!({ "$ref": "#/$defs/action" });
+    add(&mut user, SCRIPT.0, list(an_action(), SCRIPT.1));
+    let mut finger = object(FINGER_LIST.1);
+    add_keys(&mut finger, FINGER, "");
+    add(&mut finger, FINGER_SCRIPT.0, list(an_action(), FINGER_SCRIPT.1));
+    add(&mut user, FINGER_LIST.0, list(finger, FINGER_LIST.1));
     add(&mut root, USER_LIST.0, list(user, USER_LIST.1));
     describe_tables(&mut root);
     root

@@ -22,7 +22,8 @@ pub enum Source {
     BuiltIn(String),
     /// A file.
     File(PathBuf),
-    /// A text from anywhere else. It cannot include a link file: texts also come over the network.
+    /// A text from anywhere else. It cannot include a link file, because texts also come over the network, and names
+    /// mesh files by absolute paths only.
     Text {
         /// The scene.
         text: String,
@@ -74,7 +75,8 @@ pub fn load(source: &str, overrides: &[Override]) -> Result<Scene, SceneErrors> 
 }
 
 /// Reads and checks the scene in `text`, which messages call `label`. `base` is the folder from which
-/// `link.include` starts; without one a text may not include (an override still may, from the current folder).
+/// `link.include` and mesh files start; without one a text may not include and names mesh files by absolute paths (an
+/// override still may, from the current folder).
 ///
 /// # Errors
 /// Everything that is wrong with the text or with `overrides`.
@@ -118,7 +120,7 @@ fn read_scene(
     if let Err(found) = include_link(&mut tree, base) {
         errors.extend(found);
     }
-    match check::scene(tree, whole, name_from(label)) {
+    match check::scene(tree, whole, name_from(label), base) {
         Ok(scene) if errors.is_empty() => Ok(scene),
         Ok(_) => Err(errors),
         Err(found) => Err([errors, found].concat()),

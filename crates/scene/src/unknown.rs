@@ -2,8 +2,8 @@
 
 use crate::error::{Problem, SceneError};
 use crate::keys::Key;
-use crate::keys::parts::{IMPAIRMENT, SCRIPT, USER, WAY};
-use crate::keys::scene::{INCLUDE, LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::parts::{BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY};
+use crate::keys::scene::{BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 use crate::tree::{Content, Table, shorten};
 
 /// The names of `keys`.
@@ -15,15 +15,32 @@ pub(crate) fn names<T>(keys: &[Key<T>]) -> Vec<String> {
 pub(crate) fn scene_keys() -> Vec<String> {
     let mut known = names(SCENE);
     known.extend(IMPAIRMENT.iter().map(|key| format!("{LINK_IMPAIRMENT}{}", key.name)));
-    known.extend([USER_LIST.0, WAY_LIST.0, INCLUDE.0].map(str::to_owned));
+    known.extend([BODY_LIST.0, PLANE_LIST.0, USER_LIST.0, WAY_LIST.0, INCLUDE.0].map(str::to_owned));
     known
 }
 
 /// All that a `[[user]]` may have.
 pub(crate) fn user_keys() -> Vec<String> {
     let mut known = names(USER);
-    known.push(SCRIPT.0.to_owned());
+    known.extend([SCRIPT.0, FINGER_LIST.0].map(str::to_owned));
     known
+}
+
+/// All that a `[[user.finger]]` may have.
+pub(crate) fn finger_keys() -> Vec<String> {
+    let mut known = names(FINGER);
+    known.push(FINGER_SCRIPT.0.to_owned());
+    known
+}
+
+/// All that a `[[body]]` may have.
+pub(crate) fn body_keys() -> Vec<String> {
+    names(BODY)
+}
+
+/// All that a `[[wall.plane]]` may have.
+pub(crate) fn plane_keys() -> Vec<String> {
+    names(PLANE)
 }
 
 /// All that a `[[link.way]]` may have.

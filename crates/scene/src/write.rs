@@ -4,10 +4,11 @@ use std::fmt::Write as _;
 
 use xxhash_rust::xxh3::xxh3_64;
 
+use crate::blank;
 use crate::keys::Key;
-use crate::keys::parts::{DO, IMPAIRMENT, SCRIPT, USER, WAY, kind_of};
-use crate::keys::scene::{LINK_IMPAIRMENT, SCENE, USER_LIST, WAY_LIST};
-use crate::scene::{Action, Impairment, Scene, User};
+use crate::keys::parts::{BODY, DO, FINGER, FINGER_LIST, IMPAIRMENT, PLANE, SCRIPT, USER, WAY, kind_of};
+use crate::keys::scene::{BODY_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
+use crate::scene::{Action, Impairment, Scene, Shape, User};
 use crate::value::Value;
 
 /// The scene as TOML, every key written, except those that just follow from others. Reading it back gives an equal
@@ -18,16 +19,7 @@ pub fn to_toml(scene: &Scene) -> String {
     document.keys(SCENE, scene, "", true);
     // After [link], in which the keys of SCENE leave off, only sub-tables of it may follow.
     document.keys(IMPAIRMENT, &scene.link.impairment, LINK_IMPAIRMENT, true);
-    for way in &scene.link.ways {
-        document.list_element(WAY_LIST.0);
-        document.lines(WAY, way, true);
-        document.lines(IMPAIRMENT, &way.impairment, true);
-    }
-    for user in &scene.users {
-        document.list_element(USER_LIST.0);
-        document.lines(USER, user, true);
-        document.script(user);
-    }
+    document.lists(scene, true);
     document.text
 }
 
@@ -45,25 +37,20 @@ pub fn link_file(impairment: &Impairment, measured: &[(&str, f64)]) -> String {
     document.text
 }
 
-/// A hash of everything that both ends of a session must agree on: all keys but `name` and `description`.
+/// A hash of everything that both ends of a session must agree on: all keys but `name` and `description`, and what is in
+/// mesh files in place of their paths.
 ///
 /// It is the XXH3 of the values in the order of the key tables, written as `key = value` lines.
 #[must_use]
 pub fn scene_hash(scene: &Scene) -> u64 {
     let mut document = Document::default();
-    for key in SCENE.iter().filter(|key| !matches!(key.name, "name" | "description")) {
+    for key in SCENE.iter().filter(|key| !matches!(key.name, "name" | "description" | "object.mesh")) {
         document.line(key.name, &(key.access.get)(scene));
     }
     document.lines(IMPAIRMENT, &scene.link.impairment, false);
-    for way in &scene.link.ways {
-        document.list_element(WAY_LIST.0);
-        document.lines(WAY, way, false);
-        document.lines(IMPAIRMENT, &way.impairment, false);
-    }
-    for user in &scene.users {
-        document.list_element(USER_LIST.0);
-        document.lines(USER, user, false);
-        document.script(user);
+    document.lists(scene, false);
+    for shape in scene.bodies.iter().map(|body| &body.shape).chain([&scene.object.shape]) {
+        document.surface(shape);
     }
     xxh3_64(document.text.as_bytes())
 }
@@ -108,9 +95,56 @@ impl Document {
         self.push(format_args!("{name} = {value}\n"));
     }
 
-    fn script(&mut self, user: &User) {
+    fn lists(&mut self, scene: &Scene, for_reading: bool) {
+        for way in &scene.link.ways {
+            self.list_element(WAY_LIST.0);
+            self.lines(WAY, way, for_reading);
+            self.lines(IMPAIRMENT, &way.impairment, for_reading);
+        }
+        for body in &scene.bodies {
+            self.list_element(BODY_LIST.0);
+            for key in BODY.iter().filter(|key| for_reading || key.name != "mesh") {
+                self.line(key.name, &(key.access.get)(body));
+            }
+        }
+        for plane in &scene.wall.planes {
+            self.list_element(PLANE_LIST.0);
+            self.lines(PLANE, plane, for_reading);
+        }
+        for user in &scene.users {
+            self.user(user, for_reading);
+        }
+    }
+
+    fn user(&mut self, user: &User, for_reading: bool) {
+        self.list_element(USER_LIST.0);
+        self.lines(USER, user, for_reading);
+        self.script(&user.script);
+        if user.fingers == [blank::finger()] {
+            return;
+        }
+        for finger in &user.fingers {
+            self.list_element(&format!("{}.{}", USER_LIST.0, FINGER_LIST.0));
+            self.lines(FINGER, finger, for_reading);
+            if !finger.script.is_empty() {
+                self.script(&finger.script);
+            }
+        }
+    }
+
+    /// What is in a shape's mesh file, for the hash.
+    fn surface(&mut self, shape: &Shape) {
+        let Some(surface) = &shape.surface else { return };
+        let vertices =
+            surface.vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
+        let triangles = surface.triangles.iter().flatten().copied().flat_map(u32::to_le_bytes);
+        let bytes: Vec<u8> = vertices.chain(triangles).collect();
+        self.push(format_args!("mesh {:016x}\n", xxh3_64(&bytes)));
+    }
+
+    fn script(&mut self, script: &[Action]) {
         self.push(format_args!("{} = [\n", SCRIPT.0));
-        for action in &user.script {
+        for action in script {
             self.push(format_args!("  {{ {} }},\n", in_line(action)));
         }
         self.push(format_args!("]\n"));

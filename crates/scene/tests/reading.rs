@@ -57,7 +57,7 @@ fn built_in_scenes_describe_themselves_and_take_any_number_of_users() {
         assert!(builtin::description(name).is_some_and(|text| text.ends_with('.')), "{name}");
         for users in 2..=16 {
             let set: Override = format!("session.users={users}").parse().unwrap();
-            assert_eq!(load(name, &[set]).unwrap().users.len(), users);
+            assert_eq!(load(name, &[set]).unwrap_or_else(|errors| panic!("{errors}")).users.len(), users);
         }
     }
 }

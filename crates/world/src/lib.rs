@@ -1,4 +1,4 @@
-//! Bodies, walls and virtual couplers, as pure step functions.
+//! Bodies, contact, walls and virtual couplers, as pure step functions.
 //!
 //! A *model* holds constants, a *state* is a plain value, and a step is a function of both. Nothing here reads a
 //! clock, allocates or fails.
@@ -6,9 +6,15 @@
 //! * A virtual coupler is a spring and damper between two points: `f = k·(x_b − x_a) + b·(v_b − v_a)` on `a`.
 //! * A body of mass `m` under a force `f` held for `T` moves by [`rigid::Stepper`]: with *exact hold*
 //!   `x += T·v + T²·f/(2m)`, `v += T·f/m`, which is what (3.14)–(3.17) of the thesis give for a double integrator.
-//! * A wall is a grounded coupler, one-sided or two-sided.
+//!   Turning is the same in a plane; in space it keeps the angular momentum.
+//! * A sphere that touches a surface is held by [`contact::touch`]: a spring and damper across the surface that never
+//!   pulls, another along it, and friction that sticks. Fingers are spheres; bodies meet walls and each other with the
+//!   [`shape::Surface::corners`] that stand for them.
+//! * On a line, a wall is a grounded coupler, one-sided or two-sided ([`wall::force`]).
+//! * The ground under bodies in a plane resists by Coulomb's law ([`ground::GroundFriction`]).
 //!
 //! ```
+//! use cotouch_scene::geometry::Wrench;
 //! use cotouch_scene::scene::{Integrator, SpringDamper};
 //! use cotouch_world::{coupler, rigid::{BodyState, Freedom, Stepper}};
 //! use glam::DVec3;
@@ -17,10 +23,17 @@
 //! let mut body = BodyState::at_rest(DVec3::ZERO);
 //! let spring = SpringDamper { stiffness_n_per_m: 300.0, damping_n_s_per_m: 10.0 };
 //! let pull = coupler::force(spring, coupler::Stretch::between(body.point(), (DVec3::X * 0.01, DVec3::ZERO)));
-//! stepper.step(&mut body, pull);
+//! stepper.step(&mut body, &Wrench::force(pull));
 //! assert!((body.twist.linear.x - 3.0 / 0.4 / 1024.0).abs() < 1e-15);
 //! ```
 
+pub mod contact;
+mod convex;
 pub mod coupler;
+mod cuboid;
+pub mod ground;
+mod hull;
 pub mod rigid;
+mod round;
+pub mod shape;
 pub mod wall;

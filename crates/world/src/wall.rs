@@ -1,7 +1,30 @@
-//! A static plane across an axis that an object is coupled to.
+//! Walls: a static plane across an axis that an object is coupled to, and half-spaces that bodies with a shape meet.
 
-use cotouch_scene::scene::{Wall, WallSides};
+use cotouch_scene::scene::{Wall, WallPlane, WallSides};
 use glam::DVec3;
+
+/// A half-space that never moves; its surface is met by [`crate::contact::touch_plane`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Plane {
+    /// A point of it, m.
+    pub point: DVec3,
+    /// Where it pushes to: a unit vector.
+    pub normal: DVec3,
+}
+
+impl Plane {
+    /// A scene's plane.
+    #[must_use]
+    pub fn new(wall: &WallPlane) -> Self {
+        Self { point: wall.point_m, normal: wall.normal.normalize_or(DVec3::NEG_X) }
+    }
+
+    /// How far `position` (m) is on the free side, m.
+    #[must_use]
+    pub fn height(&self, position: DVec3) -> f64 {
+        (position - self.point).dot(self.normal)
+    }
+}
 
 /// The force (N) of `wall`, whose outward normal is −`axis`, on a point at `position` (m) with `velocity` (m/s).
 ///
@@ -29,7 +52,17 @@ mod tests {
     use super::*;
 
     fn wall(sides: WallSides) -> Wall {
-        Wall { stiffness_n_per_m: 1000.0, damping_n_s_per_m: 20.0, position_m: 0.1, sides }
+        Wall {
+            stiffness_n_per_m: 1000.0,
+            damping_n_s_per_m: 20.0,
+            position_m: 0.1,
+            sides,
+            tangential_stiffness_n_per_m: 0.0,
+            tangential_damping_n_s_per_m: 0.0,
+            static_friction: 0.0,
+            dynamic_friction: 0.0,
+            planes: Vec::new(),
+        }
     }
 
     #[test]
@@ -47,10 +80,15 @@ mod tests {
         let at = |x: f64| force(&two, DVec3::X, DVec3::X * x, DVec3::ZERO).x;
         assert!((at(0.0) - 100.0).abs() < 1e-12);
         assert!((at(0.2) + 100.0).abs() < 1e-12);
-        assert!(!touches(
-            &Wall { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..two },
-            DVec3::X,
-            DVec3::X
-        ));
+        let none = Wall { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0, ..two };
+        assert!(!touches(&none, DVec3::X, DVec3::X));
+    }
+
+    #[test]
+    fn a_plane_takes_a_normal_of_any_length() {
+        let wall = WallPlane { name: "floor".into(), point_m: DVec3::Y * 0.2, normal: DVec3::Y * 5.0 };
+        let plane = Plane::new(&wall);
+        assert_eq!(plane.normal, DVec3::Y);
+        assert!((plane.height(DVec3::new(7.0, 0.5, -3.0)) - 0.3).abs() < 1e-15);
     }
 }

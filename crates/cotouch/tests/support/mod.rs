@@ -4,7 +4,7 @@
 
 use cotouch_analysis::lift::LiftedMap;
 use cotouch_device::acted::Acted;
-use cotouch_device::hand::SimulatedHand;
+use cotouch_device::user::SimulatedUser;
 use cotouch_net::wire;
 use cotouch_runtime::record::TickRecord;
 use cotouch_runtime::station::Station;
@@ -38,7 +38,7 @@ pub(crate) fn lifted(scene: &Scene) -> LiftedMap {
 
 /// A session at rest, with soft start and fading behind it, at an instant where the pattern begins.
 pub(crate) struct Probe {
-    session: VirtualSession<SimulatedHand>,
+    session: VirtualSession<SimulatedUser>,
     tick: u64,
     ticks_per_pattern: u64,
 }
@@ -46,7 +46,7 @@ pub(crate) struct Probe {
 impl Probe {
     pub(crate) fn at_rest(scene: &Scene) -> Self {
         let mut session = VirtualSession::new(scene, |host| {
-            Station::new(scene, host, SimulatedHand::of_scene(scene, host).unwrap(), None)
+            Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None)
         });
         let ticks_per_pattern = scene.schedule().ticks_per_pattern();
         let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
@@ -109,7 +109,7 @@ fn assert_nothing_acted(host: HostIndex, record: &TickRecord) {
 
 /// Reads or writes a coordinate wherever it is at the instant of `tick`: in a hand, in a host, or on the way.
 fn visit(
-    session: &mut VirtualSession<SimulatedHand>,
+    session: &mut VirtualSession<SimulatedUser>,
     coordinate: Coordinate,
     tick: u64,
     act: &mut dyn FnMut(&mut f64),
@@ -126,7 +126,7 @@ fn visit(
 }
 
 fn visit_hand(
-    session: &mut VirtualSession<SimulatedHand>,
+    session: &mut VirtualSession<SimulatedUser>,
     host: HostIndex,
     quantity: Quantity,
     act: &mut dyn FnMut(&mut f64),
@@ -143,7 +143,7 @@ fn visit_hand(
 }
 
 fn visit_host(
-    session: &mut VirtualSession<SimulatedHand>,
+    session: &mut VirtualSession<SimulatedUser>,
     host: HostIndex,
     coordinate: Coordinate,
     tick: u64,
@@ -159,7 +159,7 @@ fn visit_host(
 }
 
 fn visit_in_flight(
-    session: &mut VirtualSession<SimulatedHand>,
+    session: &mut VirtualSession<SimulatedUser>,
     coordinate: Coordinate,
     tick: u64,
     act: &mut dyn FnMut(&mut f64),

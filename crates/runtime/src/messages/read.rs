@@ -1,10 +1,12 @@
 //! From messages back to items. Bytes come from outside: whatever they are, the answer is an item or an error.
 
 use arrayvec::ArrayVec;
+use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
+use cotouch_world::contact::Phase;
 use cotouch_world::rigid::BodyState;
 use glam::{DQuat, DVec3};
 use prost::Message;
@@ -43,18 +45,20 @@ pub(crate) fn decode(host: HostIndex, stream: Stream, bytes: &[u8]) -> Result<Re
 type TickAndKind = (u64, RecordKind);
 
 fn tick_record(message: types::Tick) -> Result<TickAndKind, MalformedMessage> {
+    let contacts = message.contacts.iter().map(contact).collect::<Result<Vec<_>, _>>()?;
     let record = TickRecord {
         instant: SessionTime(message.instant_ns),
-        reading: Reading { pose: pose(message.reading.pose), twist: twist(message.reading.twist) },
+        readings: array("fingers", message.fingers.into_iter().map(reading))?,
         device_failed: message.device_failed,
         steps_in_use: array("steps in use", message.steps_in_use.iter().map(|in_use| in_use.step))?,
         fades: array("fades", message.fades.iter().copied())?,
-        object: BodyState { pose: pose(message.object.pose), twist: twist(message.object.twist) },
-        object_force: vector(message.object_force_n),
-        requested: wrench(message.requested),
-        commanded: wrench(message.commanded),
-        governor_acted: message.governor_acted,
-        governor_gain: message.governor_gain,
+        bodies: array("bodies", message.bodies.into_iter().map(body))?,
+        wrenches: array("wrenches on bodies", message.body_wrenches.into_iter().map(wrench))?,
+        contacts: array("contacts", contacts.into_iter())?,
+        requested: array("requested wrenches", message.requested.into_iter().map(wrench))?,
+        commanded: array("commanded wrenches", message.commanded.into_iter().map(wrench))?,
+        governor_acted: array("governors", message.governor_acted.iter().copied())?,
+        governor_gain: array("governors", message.governor_gain.iter().copied())?,
         energy_j: message.energy_j,
         touches_wall: message.touches_wall,
         diverged: message.diverged,
@@ -62,6 +66,37 @@ fn tick_record(message: types::Tick) -> Result<TickAndKind, MalformedMessage> {
         compute_ns: message.compute_ns,
     };
     Ok((message.tick, RecordKind::Tick(record)))
+}
+
+fn contact(message: &types::Contact) -> Result<ContactRecord, MalformedMessage> {
+    let point = match (message.host, message.finger, message.body, message.corner) {
+        (Some(of), Some(finger), None, None) => {
+            ContactPoint::Finger { host: host(of)?, finger: from_1("finger", finger)? }
+        }
+        (None, None, Some(body), Some(corner)) => {
+            ContactPoint::Corner { body: from_1("body", body)?, corner: from_1("corner", corner)? }
+        }
+        _ => return Err(MalformedMessage::Missing("a contact of neither a finger nor a corner")),
+    };
+    let surface = match (message.touched_body, message.touched_wall) {
+        (Some(body), None) => ContactSurface::Body(from_1("body", body)?),
+        (None, Some(wall)) => ContactSurface::Wall(from_1("wall", wall)?),
+        _ => return Err(MalformedMessage::Missing("a contact with neither a body nor a wall")),
+    };
+    let phase = match (message.phase(), message.pulses_left) {
+        (types::contact::Phase::Free, None) => Phase::Free,
+        (types::contact::Phase::MomentCancellation, Some(pulses_left)) => {
+            Phase::MomentCancellation { pulses_left }
+        }
+        (types::contact::Phase::PreSlide, None) => Phase::PreSlide,
+        (types::contact::Phase::Slide, None) => Phase::Slide,
+        _ => {
+            return Err(MalformedMessage::Missing(
+                "pulses left where there is no moment cancellation, or none where there is",
+            ));
+        }
+    };
+    Ok(ContactRecord { point, surface, phase, force: vector(message.force_n), depth_m: message.depth_m })
 }
 
 fn received(message: types::Received) -> Result<TickAndKind, MalformedMessage> {
@@ -146,6 +181,20 @@ fn host(number: u32) -> Result<HostIndex, MalformedMessage> {
 fn byte(what: &'static str, number: u32) -> Result<u8, MalformedMessage> {
     let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 0, most: 255 };
     u8::try_from(number).map_err(|_| error)
+}
+
+/// Fingers, bodies, corners and walls are counted from 1 in recordings.
+fn from_1(what: &'static str, number: u32) -> Result<u8, MalformedMessage> {
+    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 1, most: 256 };
+    number.checked_sub(1).and_then(|index| u8::try_from(index).ok()).ok_or(error)
+}
+
+fn reading(motion: types::Motion) -> Reading {
+    Reading { pose: pose(motion.pose), twist: twist(motion.twist) }
+}
+
+fn body(motion: types::Motion) -> BodyState {
+    BodyState { pose: pose(motion.pose), twist: twist(motion.twist) }
 }
 
 fn pose(pose: types::Pose) -> Pose {

@@ -1,9 +1,10 @@
 //! From items to messages.
 
+use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
+use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::contact::Phase;
 use glam::{DQuat, DVec3};
 use prost::Message;
 
@@ -46,12 +47,13 @@ fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
     // Every field is named, so that a new one cannot be forgotten here.
     let TickRecord {
         instant,
-        reading,
+        readings,
         device_failed,
         steps_in_use,
         fades,
-        object,
-        object_force,
+        bodies,
+        wrenches,
+        contacts,
         requested,
         commanded,
         governor_acted,
@@ -65,22 +67,54 @@ fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
     types::Tick {
         tick,
         instant_ns: instant.0,
-        reading: reading_motion(reading),
+        fingers: readings.iter().map(|reading| motion(&reading.pose, &reading.twist)).collect(),
         device_failed: *device_failed,
         steps_in_use: steps_in_use.iter().map(|&step| types::StepInUse { step }).collect(),
         fades: fades.to_vec(),
-        object: body_motion(object),
-        object_force_n: vector(*object_force),
-        requested: wrench(requested),
-        commanded: wrench(commanded),
-        governor_acted: *governor_acted,
-        governor_gain: *governor_gain,
+        bodies: bodies.iter().map(|body| motion(&body.pose, &body.twist)).collect(),
+        body_wrenches: wrenches.iter().map(wrench).collect(),
+        contacts: contacts.iter().map(contact).collect(),
+        requested: requested.iter().map(wrench).collect(),
+        commanded: commanded.iter().map(wrench).collect(),
+        governor_acted: governor_acted.to_vec(),
+        governor_gain: governor_gain.to_vec(),
         energy_j: *energy_j,
         touches_wall: *touches_wall,
         diverged: *diverged,
         lateness_ns: *lateness_ns,
         compute_ns: *compute_ns,
     }
+}
+
+fn contact(contact: &ContactRecord) -> types::Contact {
+    let mut message =
+        types::Contact { force_n: vector(contact.force), depth_m: contact.depth_m, ..Default::default() };
+    match contact.point {
+        ContactPoint::Finger { host, finger } => {
+            (message.host, message.finger) = (Some(number(host)), Some(from_1(finger)));
+        }
+        ContactPoint::Corner { body, corner } => {
+            (message.body, message.corner) = (Some(from_1(body)), Some(from_1(corner)));
+        }
+    }
+    match contact.surface {
+        ContactSurface::Body(body) => message.touched_body = Some(from_1(body)),
+        ContactSurface::Wall(wall) => message.touched_wall = Some(from_1(wall)),
+    }
+    if let Phase::MomentCancellation { pulses_left } = contact.phase {
+        message.pulses_left = Some(pulses_left);
+    }
+    message.set_phase(match contact.phase {
+        Phase::Free => types::contact::Phase::Free,
+        Phase::MomentCancellation { .. } => types::contact::Phase::MomentCancellation,
+        Phase::PreSlide => types::contact::Phase::PreSlide,
+        Phase::Slide => types::contact::Phase::Slide,
+    });
+    message
+}
+
+fn from_1(index: u8) -> u32 {
+    u32::from(index) + 1
 }
 
 fn received(tick: u64, from: HostIndex, packet: &StatePacket) -> types::Received {
@@ -157,14 +191,6 @@ fn note_parts(note: &Note) -> EventParts {
         }
         Note::Ended(reason) => (Kind::Ended, format!("ended: {reason}"), None, None, Some(reason.clone())),
     }
-}
-
-fn reading_motion(reading: &Reading) -> types::Motion {
-    motion(&reading.pose, &reading.twist)
-}
-
-fn body_motion(body: &BodyState) -> types::Motion {
-    motion(&body.pose, &body.twist)
 }
 
 fn motion(pose: &Pose, twist: &Twist) -> types::Motion {

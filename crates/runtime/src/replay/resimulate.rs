@@ -5,7 +5,7 @@ use std::io::Read;
 
 use cotouch_device::device::{Device, DeviceError, DeviceLimits};
 use cotouch_scene::SceneErrors;
-use cotouch_scene::geometry::{Reading, Wrench};
+use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -110,7 +110,8 @@ impl Resimulated {
     }
 
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
-        self.station.device = RecordedDevice { reading: recorded.reading, failed: recorded.device_failed };
+        self.station.device =
+            RecordedDevice { readings: recorded.readings.clone(), failed: recorded.device_failed };
         self.station.begin(tick);
         self.station.respond(|_, _| {});
         self.station.finish(Punctuality::default)
@@ -128,9 +129,8 @@ impl Resimulated {
                 };
                 comparison.first_difference = Some(TickDifference { host, tick, difference });
             }
-        } else if let Some(state) = postcard::from_bytes::<StationState>(bytes)
-            .ok()
-            .filter(|state| state.host.peers.len() == self.station.state.host.peers.len())
+        } else if let Some(state) =
+            postcard::from_bytes::<StationState>(bytes).ok().filter(|state| state.fits(&self.station.model))
         {
             self.station.state = state;
             self.in_step = true;
@@ -139,15 +139,20 @@ impl Resimulated {
 }
 
 /// Reports what was recorded; what is rendered goes nowhere.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 struct RecordedDevice {
-    reading: Reading,
+    readings: Readings,
     failed: bool,
 }
 
 impl Device for RecordedDevice {
     fn name(&self) -> &str {
         "recording"
+    }
+
+    /// As many as the station wants; the recorded state says how many there were.
+    fn fingers(&self) -> usize {
+        MAX_FINGERS
     }
 
     fn limits(&self) -> DeviceLimits {
@@ -157,7 +162,7 @@ impl Device for RecordedDevice {
     /// What was recorded had been moved already.
     fn recentre(&mut self, _: DVec3) {}
 
-    fn read(&mut self, tick: u64) -> Result<Reading, DeviceError> {
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
         if self.failed {
             return Err(DeviceError::TickOutOfReach {
                 device: String::new(),
@@ -166,10 +171,10 @@ impl Device for RecordedDevice {
                 most_ahead: 0,
             });
         }
-        Ok(self.reading)
+        Ok(self.readings.clone())
     }
 
-    fn write(&mut self, _: Wrench) -> Result<(), DeviceError> {
+    fn write(&mut self, _: &[Wrench]) -> Result<(), DeviceError> {
         Ok(())
     }
 }

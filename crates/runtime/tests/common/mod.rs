@@ -6,12 +6,14 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use arrayvec::ArrayVec;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface, MAX_CONTACTS};
+use cotouch_net::packet::{Entry, MAX_ENTRIES, StatePacket};
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::{Rate, SessionTime};
+use cotouch_world::contact::Phase;
 use cotouch_world::rigid::BodyState;
 use glam::{DQuat, DVec3};
 use proptest::collection::vec;
@@ -75,15 +77,31 @@ pub(crate) fn tick_record(tick: u64) -> TickRecord {
     let place = tick as f64 * 1e-3;
     TickRecord {
         instant: Rate::new(1024, 1).unwrap().instant(tick),
-        reading: Reading::point(DVec3::new(place, 0.1, -0.0), DVec3::X),
+        readings: [Reading::point(DVec3::new(place, 0.1, -0.0), DVec3::X), Reading::default()]
+            .into_iter()
+            .collect(),
         steps_in_use: [None, tick.checked_sub(9)].into_iter().collect(),
         fades: [0.0, 0.75].into_iter().collect(),
-        object: BodyState::at_rest(DVec3::new(place / 3.0, 0.0, 0.0)),
-        object_force: DVec3::new(-1.5, 0.0, 0.0),
-        governor_gain: 1.0,
+        bodies: [BodyState::at_rest(DVec3::new(place / 3.0, 0.0, 0.0))].into_iter().collect(),
+        wrenches: [Wrench::force(DVec3::new(-1.5, 0.0, 0.0))].into_iter().collect(),
+        contacts: contacts(tick),
+        governor_gain: [1.0, 1.0].into_iter().collect(),
         energy_j: place * place,
         ..TickRecord::default()
     }
+}
+
+/// Another host's finger touches always, a finger of host 2 in some ticks.
+fn contacts(tick: u64) -> ArrayVec<ContactRecord, MAX_CONTACTS> {
+    let contact = |host, phase| ContactRecord {
+        point: ContactPoint::Finger { host: HostIndex(host), finger: 1 },
+        surface: ContactSurface::Body(0),
+        phase,
+        force: DVec3::new(0.0, -0.5, -0.0),
+        depth_m: 1e-3,
+    };
+    let own = tick.is_multiple_of(2).then(|| contact(1, Phase::MomentCancellation { pulses_left: 3 }));
+    [contact(7, Phase::Slide)].into_iter().chain(own).collect()
 }
 
 fn packet(step: u64) -> StatePacket {
@@ -132,7 +150,7 @@ fn any_entry() -> impl Strategy<Value = Entry> {
 }
 
 fn any_packet() -> impl Strategy<Value = StatePacket> {
-    (any::<u64>(), vec(any_entry(), 0..=8))
+    (any::<u64>(), vec(any_entry(), 0..=MAX_ENTRIES))
         .prop_map(|(step, entries)| StatePacket { step, entries: entries.into_iter().collect() })
 }
 
@@ -140,30 +158,65 @@ fn any_host() -> impl Strategy<Value = HostIndex> {
     any::<u8>().prop_map(HostIndex)
 }
 
-fn any_tick_record() -> impl Strategy<Value = TickRecord> {
-    let motions = (any_pose(), any_twist(), any_pose(), any_twist());
-    let forces = (any_vector(), any_wrench(), any_wrench());
-    let flags = (any::<bool>(), any::<bool>(), any::<bool>(), any::<u32>());
-    let numbers = (any_real(), any_real(), any::<i64>(), any::<i64>(), any::<i64>());
-    let peers = (vec(option::of(any::<u64>()), 0..=16), vec(any_real(), 0..=16));
-    (motions, forces, flags, numbers, peers).prop_map(|(motions, forces, flags, numbers, peers)| TickRecord {
-        instant: SessionTime(numbers.2),
-        reading: Reading { pose: motions.0, twist: motions.1 },
-        device_failed: flags.0,
-        steps_in_use: peers.0.into_iter().collect::<ArrayVec<_, 16>>(),
-        fades: peers.1.into_iter().collect(),
-        object: BodyState { pose: motions.2, twist: motions.3 },
-        object_force: forces.0,
-        requested: forces.1,
-        commanded: forces.2,
-        governor_acted: flags.3,
-        governor_gain: numbers.0,
-        energy_j: numbers.1,
-        touches_wall: flags.1,
-        diverged: flags.2,
-        lateness_ns: numbers.3,
-        compute_ns: numbers.4,
+fn any_reading() -> impl Strategy<Value = Reading> {
+    (any_pose(), any_twist()).prop_map(|(pose, twist)| Reading { pose, twist })
+}
+
+fn any_body() -> impl Strategy<Value = BodyState> {
+    (any_pose(), any_twist()).prop_map(|(pose, twist)| BodyState { pose, twist })
+}
+
+fn any_contact() -> impl Strategy<Value = ContactRecord> {
+    let point = prop_oneof![
+        (any_host(), any::<u8>()).prop_map(|(host, finger)| ContactPoint::Finger { host, finger }),
+        (any::<u8>(), any::<u8>()).prop_map(|(body, corner)| ContactPoint::Corner { body, corner }),
+    ];
+    let surface =
+        prop_oneof![any::<u8>().prop_map(ContactSurface::Body), any::<u8>().prop_map(ContactSurface::Wall),];
+    let phase = prop_oneof![
+        Just(Phase::Free),
+        any::<u32>().prop_map(|pulses_left| Phase::MomentCancellation { pulses_left }),
+        Just(Phase::PreSlide),
+        Just(Phase::Slide),
+    ];
+    (point, surface, phase, any_vector(), any_real()).prop_map(|(point, surface, phase, force, depth_m)| {
+        ContactRecord { point, surface, phase, force, depth_m }
     })
+}
+
+fn any_tick_record() -> impl Strategy<Value = TickRecord> {
+    let motions = (vec(any_reading(), 0..=4), vec(any_body(), 0..=8));
+    let forces = (
+        vec(any_wrench(), 0..=8),
+        vec(any_wrench(), 0..=4),
+        vec(any_wrench(), 0..=4),
+        vec(any_contact(), 0..=32),
+    );
+    let governors = (vec(any::<u32>(), 0..=4), vec(any_real(), 0..=4));
+    let flags = (any::<bool>(), any::<bool>(), any::<bool>());
+    let numbers = (any_real(), any::<i64>(), any::<i64>(), any::<i64>());
+    let peers = (vec(option::of(any::<u64>()), 0..=16), vec(any_real(), 0..=16));
+    (motions, forces, governors, flags, numbers, peers).prop_map(
+        |(motions, forces, governors, flags, numbers, peers)| TickRecord {
+            instant: SessionTime(numbers.1),
+            readings: motions.0.into_iter().collect(),
+            device_failed: flags.0,
+            steps_in_use: peers.0.into_iter().collect(),
+            fades: peers.1.into_iter().collect(),
+            bodies: motions.1.into_iter().collect(),
+            wrenches: forces.0.into_iter().collect(),
+            contacts: forces.3.into_iter().collect(),
+            requested: forces.1.into_iter().collect(),
+            commanded: forces.2.into_iter().collect(),
+            governor_acted: governors.0.into_iter().collect(),
+            governor_gain: governors.1.into_iter().collect(),
+            energy_j: numbers.0,
+            touches_wall: flags.1,
+            diverged: flags.2,
+            lateness_ns: numbers.2,
+            compute_ns: numbers.3,
+        },
+    )
 }
 
 fn any_note() -> impl Strategy<Value = Note> {

@@ -3,8 +3,8 @@
 use glam::DVec3;
 
 use super::Fallback::{Derived, Is, Kept, Required};
-use super::{Access, Fallback, Key, Kind, at};
-use crate::scene::{Action, Impairment, User, Way};
+use super::{Access, Fallback, Key, Kind, at, shape};
+use crate::scene::{Action, Body, Finger, Impairment, User, WallPlane, Way};
 use crate::value::{Field as _, Value};
 
 const SHARE: Kind = Kind::Number { min: 0.0, max: 1.0 };
@@ -35,17 +35,57 @@ pub(crate) static WAY: &[Key<Way>] = &[
     Key::new("to", HOST, Required, "", "The receiving host.", at!(to)),
 ];
 
+const NAME: Kind = Kind::Text { min: 1, max: 32 };
+const BODY_NAME: Fallback<Body> = Kept { says: "bodyN" };
+const PLANE_NAME: Fallback<WallPlane> = Kept { says: "wallN" };
+
+/// `[[body]]`.
+#[rustfmt::skip]
+pub(crate) static BODY: &[Key<Body>] = &[
+    Key::new("name", NAME, BODY_NAME, "", "The body's name, unique among bodies and walls.", at!(name)),
+    Key::new("mass_kg", Kind::Number { min: 1e-4, max: 1e3 }, Is("0.4"), "kg", "Mass of every copy of the body; without effect when it is fixed.", at!(mass_kg)),
+    shape::kind!("shape", shape.kind),
+    shape::size!("size_m", shape.size_m),
+    shape::radius!("radius_m", shape.radius_m),
+    shape::length!("length_m", shape.length_m),
+    shape::mesh!("mesh", shape.mesh),
+    shape::mesh_scale!("mesh_scale", shape.mesh_scale),
+    shape::position!("position_m", position_m),
+    shape::rotation!("rotation_rad", rotation_rad),
+    Key::new("fixed", Kind::Flag, Is("false"), "", "Whether it never moves: a wall of any shape.", at!(fixed)),
+];
+
+/// `[[wall.plane]]`.
+#[rustfmt::skip]
+pub(crate) static PLANE: &[Key<WallPlane>] = &[
+    Key::new("name", NAME, PLANE_NAME, "", "The wall's name, unique among bodies and walls.", at!(name)),
+    Key::new("point_m", Kind::Vector { max: 10.0 }, Required, "m", "A point of the plane.", at!(point_m)),
+    Key::new("normal", Kind::Vector { max: 1e3 }, Required, "", "Where the wall pushes to: across the plane, of any length but 0.", at!(normal)),
+];
+
 const USER_NAME: Fallback<User> = Kept { says: "userN" };
 
-/// `[[user]]`, next to the list [`SCRIPT`].
+/// `[[user]]`, next to the lists [`SCRIPT`] and [`FINGER_LIST`].
 #[rustfmt::skip]
 pub(crate) static USER: &[Key<User>] = &[
-    Key::new("name", Kind::Text { min: 1, max: 32 }, USER_NAME, "", "The user's name, unique in the session.", at!(name)),
-    Key::new("tracking.stiffness_n_per_m", Kind::Number { min: 0.0, max: 1e6 }, Is("0"), "N/m", "How firmly the hand follows hold, reach and sinusoid; part of the loop that is analysed.", at!(tracking.stiffness_n_per_m)),
+    Key::new("name", NAME, USER_NAME, "", "The user's name, unique in the session.", at!(name)),
+    Key::new("tracking.stiffness_n_per_m", Kind::Number { min: 0.0, max: 1e6 }, Is("0"), "N/m", "How firmly fingers follow a path in actions that have one (hold, reach, grasp, carry and others); part of the loop that is analysed.", at!(tracking.stiffness_n_per_m)),
     Key::new("tracking.damping_n_s_per_m", Kind::Number { min: 0.0, max: 1e4 }, Is("0"), "N·s/m", "The damping of that.", at!(tracking.damping_n_s_per_m)),
     Key::new("repeat", Kind::Flag, Is("false"), "", "Whether the script starts again at its end; otherwise the hand relaxes.", at!(repeat)),
 ];
 
+/// `[[user.finger]]`, next to the list [`FINGER_SCRIPT`].
+#[rustfmt::skip]
+pub(crate) static FINGER: &[Key<Finger>] = &[
+    Key::new("position_m", Kind::Vector { max: 10.0 }, Is("0"), "m", "Where the finger rests, and is at the start.", at!(position_m)),
+];
+
+/// The list of a user's fingers: [`FINGER`].
+pub(crate) const FINGER_LIST: (&str, &str) =
+    ("finger", "A finger of the user, 1 to 4; where there is none, the user has one at the origin.");
+/// The list of actions of one finger.
+pub(crate) const FINGER_SCRIPT: (&str, &str) =
+    ("script", "What this finger does in place of the user's script; left out or empty: the user's script.");
 /// The list of a user's actions.
 pub(crate) const SCRIPT: (&str, &str) =
     ("script", "What the simulated hand does, in order; vectors are 3 numbers, or one along x.");
@@ -87,10 +127,16 @@ macro_rules! of {
 
 const DURATION: Kind = Kind::Number { min: 1e-3, max: 86_400.0 };
 const TAKES: &str = "How long it takes.";
+const AT_MOST: &str = "How long it takes at most.";
 
 macro_rules! duration {
     ($variant:ident) => {
         Key::new("duration_s", DURATION, Required, "s", TAKES, of!($variant.duration_s))
+    };
+}
+macro_rules! at_most {
+    ($variant:ident) => {
+        Key::new("duration_s", DURATION, Required, "s", AT_MOST, of!($variant.duration_s))
     };
 }
 macro_rules! vector {
@@ -177,6 +223,123 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
         "Physiological tremor: 8 to 12 Hz.",
         Tremor { rms_n: DVec3::ZERO, duration_s: 0.0 },
         [vector!(Tremor.rms_n, 1000.0, "N", "Root mean square of the force."), duration!(Tremor),]
+    ),
+    kind!(
+        "grasp",
+        "Close the fingers on a body, each on the side that it is at; ends when all press, and they hold it from then on.",
+        Grasp { body: String::new(), force_n: 0.0, speed_m_per_s: 0.0, duration_s: 0.0 },
+        [
+            Key::new(
+                "body",
+                NAME,
+                Required,
+                "",
+                "The body's name; \"object\" where there is no [[body]].",
+                of!(Grasp.body)
+            ),
+            Key::new(
+                "force_n",
+                Kind::Number { min: 1e-3, max: 1e3 },
+                Required,
+                "N",
+                "How hard each finger presses.",
+                of!(Grasp.force_n)
+            ),
+            Key::new(
+                "speed_m_per_s",
+                Kind::Number { min: 1e-3, max: 10.0 },
+                Is("0.05"),
+                "m/s",
+                "How fast fingers close.",
+                of!(Grasp.speed_m_per_s)
+            ),
+            at_most!(Grasp),
+        ]
+    ),
+    kind!(
+        "carry",
+        "Move what is held along a minimum-jerk path.",
+        Carry { by_m: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(Carry.by_m, 10.0, "m", "How far."), duration!(Carry),]
+    ),
+    kind!(
+        "carry-to",
+        "Move what is held until its centre is there, as seen when the action begins.",
+        CarryTo { to_m: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(CarryTo.to_m, 10.0, "m", "Where to."), duration!(CarryTo),]
+    ),
+    kind!(
+        "lift",
+        "Lift what is held, against gravity.",
+        Lift { height_m: 0.0, duration_s: 0.0 },
+        [
+            Key::new(
+                "height_m",
+                Kind::Number { min: -10.0, max: 10.0 },
+                Required,
+                "m",
+                "How high; below 0 lowers it.",
+                of!(Lift.height_m)
+            ),
+            duration!(Lift),
+        ]
+    ),
+    kind!(
+        "turn",
+        "Turn what is held about its centre, about the z axis.",
+        Turn { angle_rad: 0.0, duration_s: 0.0 },
+        [
+            Key::new(
+                "angle_rad",
+                Kind::Number { min: -100.0, max: 100.0 },
+                Required,
+                "rad",
+                "How far, counter-clockwise.",
+                of!(Turn.angle_rad)
+            ),
+            duration!(Turn),
+        ]
+    ),
+    kind!(
+        "push",
+        "Push what is held with a constant force on top of the grip, shared by the fingers; it fades in and out.",
+        Push { force_n: DVec3::ZERO, duration_s: 0.0 },
+        [vector!(Push.force_n, 1000.0, "N", "How hard, all fingers together."), duration!(Push),]
+    ),
+    kind!(
+        "hand-over",
+        "Hold what is held until another hand takes its weight: until the load has fallen to half of what it was.",
+        HandOver { duration_s: 0.0 },
+        [at_most!(HandOver)]
+    ),
+    kind!(
+        "let-go",
+        "Open the fingers: back from the surface.",
+        LetGo { distance_m: 0.0, duration_s: 0.0 },
+        [
+            Key::new(
+                "distance_m",
+                Kind::Number { min: 1e-3, max: 10.0 },
+                Is("0.02"),
+                "m",
+                "How far back.",
+                of!(LetGo.distance_m)
+            ),
+            duration!(LetGo),
+        ]
+    ),
+    kind!(
+        "wait-until",
+        "Hold until the session's clock shows a time, so that people act together; takes no time when it is later already.",
+        WaitUntil { until_s: 0.0 },
+        [Key::new(
+            "until_s",
+            Kind::Number { min: 0.0, max: 86_400.0 },
+            Required,
+            "s",
+            "Session time.",
+            of!(WaitUntil.until_s)
+        )]
     ),
     kind!(
         "push-and-let-go",

@@ -1,8 +1,11 @@
 //! The keys of a scene, except those of its lists.
 
 use super::Fallback::{ByArchitecture, Derived, Is, Kept};
+use super::shape;
 use super::{Fallback, Key, Kind, at};
-use crate::scene::{Architecture, Coordination, Integrator, PlayOut, Scene, WallSides};
+use crate::scene::{
+    Architecture, Coordination, DeviceKind, Integrator, PlayOut, Scene, Space, VelocityEstimate, WallSides,
+};
 use crate::value::{Choice, Value};
 
 const fn number(min: f64, max: f64) -> Kind {
@@ -25,6 +28,13 @@ macro_rules! table_6_1 {
     };
 }
 
+/// The same as another field.
+macro_rules! as_in {
+    ($says:literal, $($field:ident).+) => {
+        Derived { says: $says, of: |scene: &Scene| Value::Number(scene.$($field).+) }
+    };
+}
+
 const SLEW: Fallback<Scene> = Derived {
     says: "governor.max_force_n times rates.control_hz",
     of: |scene| Value::Number(scene.governor.max_force_n * scene.rates.control_hz.hz()),
@@ -36,12 +46,17 @@ const STIFFNESS: Kind = number(0.0, 1e6);
 const DAMPING: Kind = number(0.0, 1e4);
 const MASS: Kind = number(1e-4, 1e3);
 const FADE: Kind = number(0.0, 10.0);
+const FRICTION: Kind = number(0.0, 10.0);
+const WALL_STIFFNESS: Kind = number(0.0, 1e7);
+const ROTATIONAL_DAMPING: Kind = number(-10.0, 1e3);
 
 /// In the order in which a scene is written.
 #[rustfmt::skip]
 pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("name", Kind::Text { min: 1, max: 64 }, NAME, "", "The scene's name; two hosts may call one scene differently.", at!(name)),
     Key::new("description", Kind::Text { min: 0, max: 500 }, Is(""), "", "One sentence about the scene.", at!(description)),
+    Key::new("space", Kind::Choice(Space::WORDS), Is("line"), "", "Where bodies and hands may move: along x, nothing turning; in the x-y plane, turning about z; or everywhere.", at!(space)),
+    Key::new("gravity_m_per_s2", Kind::Vector { max: 100.0 }, Is("0"), "m/s²", "Acceleration of every body that is not fixed; hands do not feel it.", at!(gravity_m_per_s2)),
 
     Key::new("session.architecture", Kind::Choice(Architecture::WORDS), Is("distributed"), "", "Who computes the world: host 1 for all (centralized), or every host its own copy (distributed).", at!(session.architecture)),
     Key::new("session.users", Kind::Count { min: 2, max: 16 }, USERS, "", "How many people take part, each on a host of their own.", at!(session.users)),
@@ -58,12 +73,42 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("link.return_delay_periods", Kind::Count { min: 0, max: 64 }, Is("0"), "network periods", "The part of link.delay_periods on the force's way back from the server; without effect when distributed.", at!(link.return_delay_periods)),
     Key::new("link.play_out", Kind::Choice(PlayOut::WORDS), Is("scheduled"), "", "When a received sample is used: link.delay_periods after it was taken, or on arrival.", at!(link.play_out)),
 
-    Key::new("hand.mass_kg", MASS, Is("0.1"), "kg", "m_h: hand and moving part of the device together.", at!(hand.mass_kg)),
+    Key::new("hand.mass_kg", MASS, Is("0.1"), "kg", "m_h: hand and moving part of the device together, of every finger.", at!(hand.mass_kg)),
     Key::new("hand.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "b_h: damping of the arm.", at!(hand.damping_n_s_per_m)),
-    Key::new("hand.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "k_h: stiffness of the arm, towards the hand's rest position at the origin.", at!(hand.stiffness_n_per_m)),
+    Key::new("hand.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "k_h: stiffness of the arm, towards where the finger rests.", at!(hand.stiffness_n_per_m)),
+    Key::new("hand.finger_radius_m", number(1e-4, 1.0), Is("0.008"), "m", "A finger is a ball of this radius where bodies have shapes.", at!(hand.finger_radius_m)),
+
+    Key::new("device.kind", Kind::Choice(DeviceKind::WORDS), Is("point"), "", "The mechanism that every finger is on: none, the planar pantograph (space \"plane\" only), or a three-joint arm.", at!(device.kind)),
+    Key::new("device.encoder_counts_per_turn", Kind::Count { min: 0, max: 100_000_000 }, Is("0"), "", "Counts of a joint's encoder in a turn; 0 is a perfect sensor. Without effect for point.", at!(device.encoder_counts_per_turn)),
+    Key::new("device.velocity", Kind::Choice(VelocityEstimate::WORDS), Is("exact"), "", "How velocity is told: as it is, from the last two positions, or that through a low pass.", at!(device.velocity)),
+    Key::new("device.velocity_cutoff_hz", number(0.1, 1e4), Is("50"), "Hz", "Corner of the low pass of filtered velocity; without effect on the others.", at!(device.velocity_cutoff_hz)),
+    Key::new("device.max_joint_torque_n_m", number(0.0, 1e3), Is("0"), "N·m", "Largest torque of a joint; 0 is no limit. Without effect for point.", at!(device.max_joint_torque_n_m)),
+    Key::new("device.inertia", Kind::Flag, Is("false"), "", "Whether the inertia of the links comes on top of hand.mass_kg. Without effect for point.", at!(device.inertia)),
 
     Key::new("object.mass_kg", MASS, Is("0.4"), "kg", "m_o: mass of every copy of the object.", at!(object.mass_kg)),
     Key::new("object.damping_n_s_per_m", number(-1e3, 1e4), Is("0"), "N·s/m", "Damping to the ground; a negative value compensates the drag of the network.", at!(object.damping_n_s_per_m)),
+    Key::new("object.axis_damping_n_s_per_m", Kind::Vector { max: 1e4 }, Is("0"), "N·s/m", "The same along each axis of the world, on top of that.", at!(object.axis_damping_n_s_per_m)),
+    Key::new("object.rotational_damping_n_m_s_per_rad", ROTATIONAL_DAMPING, Is("0"), "N·m·s/rad", "The same for turning.", at!(object.rotational_damping_n_m_s_per_rad)),
+    shape::kind!("object.shape", object.shape.kind),
+    shape::size!("object.size_m", object.shape.size_m),
+    shape::radius!("object.radius_m", object.shape.radius_m),
+    shape::length!("object.length_m", object.shape.length_m),
+    shape::mesh!("object.mesh", object.shape.mesh),
+    shape::mesh_scale!("object.mesh_scale", object.shape.mesh_scale),
+    shape::position!("object.position_m", object.position_m),
+    shape::rotation!("object.rotation_rad", object.rotation_rad),
+
+    Key::new("ground.friction_coefficient", FRICTION, Is("0"), "", "Coulomb friction between bodies and the ground, where space is \"plane\": times m·g, g = 9.81 m/s².", at!(ground.friction_coefficient)),
+    Key::new("ground.rotational_friction_coefficient", FRICTION, Is("0"), "", "The same for turning: times m·g and the body's radius of gyration about z.", at!(ground.rotational_friction_coefficient)),
+
+    Key::new("contact.static_friction", FRICTION, Is("0.6"), "", "mu_s between fingers and bodies: up to this times the normal force a finger sticks.", at!(contact.static_friction)),
+    Key::new("contact.dynamic_friction", FRICTION, as_in!("contact.static_friction", contact.static_friction), "", "mu_k between fingers and bodies, while sliding; at most mu_s.", at!(contact.dynamic_friction)),
+    Key::new("contact.stick_speed_m_per_s", number(0.0, 1.0), Is("0.005"), "m/s", "v_tr: a contact that slides more slowly than this sticks.", at!(contact.stick_speed_m_per_s)),
+    Key::new("contact.moment_cancellation", Kind::Flag, Is("true"), "", "Whether a finger is pushed to a stop on first contact, by as many ticks of the largest force as its momentum takes.", at!(contact.moment_cancellation)),
+    Key::new("contact.body_body.stiffness_n_per_m", WALL_STIFFNESS, Is("5000"), "N/m", "Across the surface where two bodies touch.", at!(contact.body_body.stiffness_n_per_m)),
+    Key::new("contact.body_body.damping_n_s_per_m", DAMPING, Is("20"), "N·s/m", "The damping of that.", at!(contact.body_body.damping_n_s_per_m)),
+    Key::new("contact.body_body_tangential.stiffness_n_per_m", WALL_STIFFNESS, as_in!("contact.body_body.stiffness_n_per_m", contact.body_body.stiffness_n_per_m), "N/m", "Along the surface where two bodies touch.", at!(contact.body_body_tangential.stiffness_n_per_m)),
+    Key::new("contact.body_body_tangential.damping_n_s_per_m", DAMPING, as_in!("contact.body_body.damping_n_s_per_m", contact.body_body.damping_n_s_per_m), "N·s/m", "The damping of that.", at!(contact.body_body_tangential.damping_n_s_per_m)),
 
     Key::new("coupling.hand_object.stiffness_n_per_m", STIFFNESS, table_6_1!(3000, 1000), "N/m", "k_11 = k_22: a hand and the copy on its own host; centralized k_1: the server's hand and the object.", at!(coupling.hand_object.stiffness_n_per_m)),
     Key::new("coupling.hand_object.damping_n_s_per_m", DAMPING, table_6_1!(20, 15), "N·s/m", "b_11 = b_22; centralized b_1.", at!(coupling.hand_object.damping_n_s_per_m)),
@@ -71,11 +116,21 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("coupling.remote_hand_object.damping_n_s_per_m", DAMPING, table_6_1!(2, 3), "N·s/m", "b_12 = b_21; centralized b_2.", at!(coupling.remote_hand_object.damping_n_s_per_m)),
     Key::new("coupling.object_object.stiffness_n_per_m", STIFFNESS, Is("300"), "N/m", "k_o: copies of the object; without effect when centralized.", at!(coupling.object_object.stiffness_n_per_m)),
     Key::new("coupling.object_object.damping_n_s_per_m", DAMPING, Is("10"), "N·s/m", "b_o: copies of the object; without effect when centralized.", at!(coupling.object_object.damping_n_s_per_m)),
+    Key::new("coupling.hand_object_tangential.stiffness_n_per_m", STIFFNESS, as_in!("coupling.hand_object.stiffness_n_per_m", coupling.hand_object.stiffness_n_per_m), "N/m", "k_T11 = k_T22, centralized k_T1: along the surface, where bodies have shapes; hand_object is then across it.", at!(coupling.hand_object_tangential.stiffness_n_per_m)),
+    Key::new("coupling.hand_object_tangential.damping_n_s_per_m", DAMPING, as_in!("coupling.hand_object.damping_n_s_per_m", coupling.hand_object.damping_n_s_per_m), "N·s/m", "b_T11 = b_T22; centralized b_T1.", at!(coupling.hand_object_tangential.damping_n_s_per_m)),
+    Key::new("coupling.remote_hand_object_tangential.stiffness_n_per_m", STIFFNESS, as_in!("coupling.remote_hand_object.stiffness_n_per_m", coupling.remote_hand_object.stiffness_n_per_m), "N/m", "k_T12 = k_T21, centralized k_T2: the same for a hand on another host.", at!(coupling.remote_hand_object_tangential.stiffness_n_per_m)),
+    Key::new("coupling.remote_hand_object_tangential.damping_n_s_per_m", DAMPING, as_in!("coupling.remote_hand_object.damping_n_s_per_m", coupling.remote_hand_object.damping_n_s_per_m), "N·s/m", "b_T12 = b_T21; centralized b_T2.", at!(coupling.remote_hand_object_tangential.damping_n_s_per_m)),
+    Key::new("coupling.object_object_rotational.stiffness_n_m_per_rad", number(0.0, 1e5), Is("10"), "N·m/rad", "k_oR: turning of copies; without effect when centralized or on a line.", at!(coupling.object_object_rotational.stiffness_n_m_per_rad)),
+    Key::new("coupling.object_object_rotational.damping_n_m_s_per_rad", number(0.0, 1e3), Is("0.1"), "N·m·s/rad", "b_oR: turning of copies; without effect when centralized or on a line.", at!(coupling.object_object_rotational.damping_n_m_s_per_rad)),
 
-    Key::new("wall.stiffness_n_per_m", number(0.0, 1e7), Is("0"), "N/m", "k_w: the wall that the object meets; with damping 0 too there is none.", at!(wall.stiffness_n_per_m)),
+    Key::new("wall.stiffness_n_per_m", WALL_STIFFNESS, Is("0"), "N/m", "k_w, across the wall: what bodies meet; with damping 0 too there is none.", at!(wall.stiffness_n_per_m)),
     Key::new("wall.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "b_w.", at!(wall.damping_n_s_per_m)),
-    Key::new("wall.position_m", number(-10.0, 10.0), Is("0"), "m", "Where on the axis the wall is.", at!(wall.position_m)),
-    Key::new("wall.sides", Kind::Choice(WallSides::WORDS), Is("two"), "", "Two: the object is always coupled to the wall, as in the thesis; one: the wall pushes towards -x and never pulls.", at!(wall.sides)),
+    Key::new("wall.position_m", number(-10.0, 10.0), Is("0"), "m", "Where on the x axis the wall is, when there is no [[wall.plane]].", at!(wall.position_m)),
+    Key::new("wall.sides", Kind::Choice(WallSides::WORDS), Is("two"), "", "Two: the object is always coupled to the wall, as in the thesis; one: the wall pushes towards -x and never pulls. Walls never pull at bodies with a shape.", at!(wall.sides)),
+    Key::new("wall.tangential_stiffness_n_per_m", WALL_STIFFNESS, as_in!("wall.stiffness_n_per_m", wall.stiffness_n_per_m), "N/m", "k_Tw: along the wall, for bodies with a shape.", at!(wall.tangential_stiffness_n_per_m)),
+    Key::new("wall.tangential_damping_n_s_per_m", DAMPING, as_in!("wall.damping_n_s_per_m", wall.damping_n_s_per_m), "N·s/m", "b_Tw: along the wall, for bodies with a shape.", at!(wall.tangential_damping_n_s_per_m)),
+    Key::new("wall.static_friction", FRICTION, Is("0.6"), "", "mu_s between bodies and walls, and between bodies.", at!(wall.static_friction)),
+    Key::new("wall.dynamic_friction", FRICTION, as_in!("wall.static_friction", wall.static_friction), "", "mu_k between bodies and walls, and between bodies; at most mu_s.", at!(wall.dynamic_friction)),
 
     Key::new("governor.max_force_n", number(0.1, 1e3), Is("20"), "N", "Largest force that reaches a device.", at!(governor.max_force_n)),
     Key::new("governor.max_slew_n_per_s", number(0.01, 1e9), SLEW, "N/s", "Largest change of that force; the default admits a jump from 0 to the largest force in one tick.", at!(governor.max_slew_n_per_s)),
@@ -95,15 +150,42 @@ pub(crate) static TABLES: &[(&str, &str)] = &[
     ("link", "The network between hosts."),
     ("link.impairment", "What a simulated link does to packets, in every direction without a [[link.way]]."),
     ("hand", "Every user's hand together with the moving part of the device."),
-    ("object", "The shared object."),
+    ("device", "What every finger of every user is on."),
+    ("object", "The shared object, where there is no [[body]]; its damping is that of all bodies."),
+    ("ground", "The ground under bodies that move in a plane."),
+    ("contact", "How fingers touch bodies, and bodies each other; the springs of fingers are in [coupling]."),
+    ("contact.body_body", "Between bodies, across the surface."),
+    ("contact.body_body_tangential", "Between bodies, along the surface."),
     ("coupling", "The virtual couplers: springs with dampers."),
     ("coupling.hand_object", "Between a hand and the object on the same host."),
     ("coupling.remote_hand_object", "Between a hand and the object on another host."),
     ("coupling.object_object", "Between copies of the object (distributed)."),
-    ("wall", "A plane across the axis; without stiffness and damping there is none."),
+    (
+        "coupling.hand_object_tangential",
+        "Between a finger and the object on the same host, along the surface.",
+    ),
+    (
+        "coupling.remote_hand_object_tangential",
+        "Between a finger and the object on another host, along the surface.",
+    ),
+    ("coupling.object_object_rotational", "Between copies of the object, for turning (distributed)."),
+    (
+        "wall",
+        "What all walls are made of: planes that bodies meet; without stiffness and damping there is none.",
+    ),
     ("governor", "Limits on every force that reaches a device."),
 ];
 
+/// The list of bodies: [`super::parts::BODY`].
+pub(crate) const BODY_LIST: (&str, &str) = (
+    "body",
+    "A body, in place of [object], of which only the damping then counts; up to 8, and a user's fingers and the bodies that are not fixed are at most 10 together.",
+);
+/// The list of walls: [`super::parts::PLANE`].
+pub(crate) const PLANE_LIST: (&str, &str) = (
+    "wall.plane",
+    "A wall that bodies do not pass, made as [wall] says; where there is none, there is one wall across the x axis at wall.position_m.",
+);
 /// The list of users: [`super::parts::USER`].
 pub(crate) const USER_LIST: (&str, &str) = (
     "user",

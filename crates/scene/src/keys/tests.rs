@@ -1,6 +1,6 @@
 //! Every key of every table, one by one.
 
-use super::parts::{ACTIONS, IMPAIRMENT, USER, WAY};
+use super::parts::{ACTIONS, BODY, FINGER, IMPAIRMENT, PLANE, USER, WAY};
 use super::scene::SCENE;
 use super::*;
 use crate::blank;
@@ -57,7 +57,7 @@ fn check_ends<T>(key: &Key<T>) {
 fn check_key<T: Clone>(key: &Key<T>, blank: &T) {
     let name = key.name;
     assert!(key.doc.ends_with('.') && key.doc.len() > 3, "{name}: {}", key.doc);
-    let has_unit = ["_s", "_m", "_kg", "_hz", "_n", "_rad", "_periods", "_packets"]
+    let has_unit = ["_s", "_s2", "_m", "_kg", "_hz", "_n", "_rad", "_periods", "_packets"]
         .iter()
         .any(|end| name.ends_with(end));
     assert_eq!(has_unit, !key.unit.is_empty(), "{name}");
@@ -91,6 +91,9 @@ fn every_key_is_what_it_says() {
     SCENE.iter().for_each(|key| check_key(key, &blank::scene("test".to_owned())));
     IMPAIRMENT.iter().for_each(|key| check_key(key, &crate::scene::Impairment::NONE));
     WAY.iter().for_each(|key| check_key(key, &blank::way()));
+    BODY.iter().for_each(|key| check_key(key, &blank::body(1)));
+    PLANE.iter().for_each(|key| check_key(key, &blank::wall_plane(1)));
+    FINGER.iter().for_each(|key| check_key(key, &blank::finger()));
     USER.iter().for_each(|key| check_key(key, &blank::user(1)));
     for kind in ACTIONS {
         assert!((kind.is)(&kind.blank), "{}", kind.word);

@@ -1,0 +1,272 @@
+//! A simulated user: one or more fingers on devices, following scripts.
+
+use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrench};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+
+use arrayvec::ArrayVec;
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::device::{Device, DeviceError, DeviceLimits, WorldView, checked};
+use crate::finger::{FingerError, FingerModel, FingerState};
+use crate::script::{Drive, Script, ScriptState, Touch};
+
+/// Most ticks that a user catches up in one read (a quarter of an hour at 1 kHz).
+pub const MOST_TICKS_AHEAD: u64 = 1_000_000;
+
+/// A user's constants.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UserModel {
+    fingers: Vec<FingerModel>,
+    /// Each with the fingers that follow it: the user's, then the own ones of fingers.
+    scripts: Vec<(Script, ArrayVec<usize, MAX_FINGERS>)>,
+}
+
+/// A user's state at the instant of `tick`, before anything is written there.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct UserState {
+    /// The tick of whose instant the rest speaks.
+    pub tick: u64,
+    /// One a finger.
+    pub fingers: ArrayVec<FingerState, MAX_FINGERS>,
+    /// How far the scripts are: the user's, if a finger follows it, then the own ones of fingers.
+    pub scripts: ArrayVec<ScriptState, MAX_FINGERS>,
+}
+
+impl UserModel {
+    /// The user at `host` of a scene.
+    ///
+    /// # Errors
+    /// When the scene's hand is none (a checked one is).
+    ///
+    /// # Panics
+    /// When the scene has no such host.
+    pub fn of_scene(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
+        let user = &scene.users[host.index()];
+        let own = |finger: usize| !user.fingers[finger].script.is_empty();
+        let count = user.fingers.len().min(MAX_FINGERS);
+        let common: ArrayVec<usize, MAX_FINGERS> = (0..count).filter(|&finger| !own(finger)).collect();
+        let mut scripts = Vec::new();
+        if !common.is_empty() {
+            scripts.push((Script::of_scene(scene, host, None), common));
+        }
+        for finger in (0..count).filter(|&finger| own(finger)) {
+            scripts.push((Script::of_scene(scene, host, Some(finger)), [finger].into_iter().collect()));
+        }
+        let fingers = (0..count).map(|finger| {
+            let script = scripts.iter().find(|(_, fingers)| fingers.contains(&finger));
+            let (script, _) = script.expect("each finger follows a script");
+            FingerModel::new(
+                &scene.hand,
+                &scene.device,
+                scene.space,
+                user.fingers[finger].position_m,
+                script.tracking(),
+                script.period_s(),
+            )
+        });
+        Ok(Self { fingers: fingers.collect::<Result<_, _>>()?, scripts })
+    }
+
+    /// The fingers' constants.
+    #[must_use]
+    pub fn fingers(&self) -> &[FingerModel] {
+        &self.fingers
+    }
+
+    /// The state at `tick` of a user whose fingers rest at `positions` (m), sees `bodies` and begins the scripts.
+    #[must_use]
+    pub fn at_rest(&self, tick: u64, positions: &[DVec3], bodies: &[Pose]) -> UserState {
+        let at_rest = |(model, &position): (&FingerModel, &DVec3)| model.at_rest(position);
+        let fingers: ArrayVec<_, MAX_FINGERS> = self.fingers.iter().zip(positions).map(at_rest).collect();
+        let begin = |(script, members): &(Script, ArrayVec<usize, MAX_FINGERS>)| {
+            script.begin(tick, &self.touches(&fingers, members), bodies)
+        };
+        let scripts = self.scripts.iter().map(begin).collect();
+        UserState { tick, fingers, scripts }
+    }
+
+    fn touches(&self, fingers: &[FingerState], members: &[usize]) -> ArrayVec<Touch, MAX_FINGERS> {
+        members.iter().map(|&finger| self.fingers[finger].touch(&fingers[finger])).collect()
+    }
+
+    /// What the devices report.
+    #[must_use]
+    pub fn readings(&self, state: &UserState) -> Readings {
+        self.fingers.iter().zip(&state.fingers).map(|(model, state)| model.reading(state)).collect()
+    }
+
+    /// Advances `state`, at which the devices report `readings`, by one haptic period under the held forces, with the user
+    /// seeing `bodies`. No allocation, no lock, bounded work.
+    pub fn step(&self, state: &mut UserState, readings: &[Reading], bodies: &[Pose]) {
+        let mut drives = [Drive::default(); MAX_FINGERS];
+        for ((script, members), script_state) in self.scripts.iter().zip(&mut state.scripts) {
+            let touches = self.touches(&state.fingers, members);
+            let driven = script.drive(script_state, state.tick, &touches, bodies);
+            for (&finger, drive) in members.iter().zip(driven) {
+                drives[finger] = drive;
+            }
+        }
+        let models = self.fingers.iter().zip(readings).zip(&drives);
+        for (((model, reading), drive), finger) in models.zip(&mut state.fingers) {
+            model.step(finger, reading, drive);
+        }
+        state.tick += 1;
+    }
+}
+
+/// A [`Device`] in the hand of a simulated user: every finger of it renders any force (within its motors' torques) and no
+/// torque.
+///
+/// [`read`](Device::read) reports the state at a tick; [`write`](Device::write) stores the forces and advances the
+/// user by exactly one period, to the next tick's instant. A read at a later tick than that first catches up, the
+/// last forces and the last view being held: a loop that skipped ticks finds the fingers where they would be (work in
+/// proportion to the ticks skipped, at most [`MOST_TICKS_AHEAD`]). Neither allocates nor locks.
+///
+/// What the user saw last is not part of the state: it is shown anew before every write.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SimulatedUser {
+    name: String,
+    model: UserModel,
+    state: UserState,
+    /// At the state, in the scene's world.
+    readings: Readings,
+    /// In the scene's world.
+    seen: Vec<Pose>,
+    /// From the scene's world, in which the state is told, to the present one, m.
+    moved: DVec3,
+}
+
+impl SimulatedUser {
+    /// The user at `host` of a scene, whose fingers rest at their start at tick 0.
+    ///
+    /// # Errors
+    /// When the scene's hand is none (a checked one is).
+    ///
+    /// # Panics
+    /// When the scene has no such host.
+    pub fn of_scene(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
+        let model = UserModel::of_scene(scene, host)?;
+        let pose = |body: &cotouch_scene::scene::Body| Pose {
+            position: body.position_m,
+            orientation: glam::DQuat::from_scaled_axis(body.rotation_rad),
+        };
+        let seen: Vec<Pose> = scene.world_bodies().iter().map(pose).collect();
+        let starts: ArrayVec<_, MAX_FINGERS> = model.fingers.iter().map(FingerModel::rest).collect();
+        let state = model.at_rest(0, &starts, &seen);
+        let readings = model.readings(&state);
+        let name = scene.users[host.index()].name.clone();
+        Ok(Self { name, model, state, readings, seen, moved: DVec3::ZERO })
+    }
+
+    /// The constants.
+    #[must_use]
+    pub fn model(&self) -> &UserModel {
+        &self.model
+    }
+
+    /// The state now.
+    #[must_use]
+    pub fn state(&self) -> &UserState {
+        &self.state
+    }
+
+    /// The fingers' states now; places are in the scene's world (see [`Device::recentre`]).
+    #[must_use]
+    pub fn states(&self) -> &[FingerState] {
+        &self.state.fingers
+    }
+
+    /// Replaces the state of one finger. What the finger cannot do is left out of position and velocity.
+    ///
+    /// # Panics
+    /// When there is no such finger.
+    pub fn set_state(&mut self, finger: usize, state: FingerState) {
+        self.state.fingers[finger] = self.model.fingers[finger].allowed(state);
+        self.readings = self.model.readings(&self.state);
+    }
+
+    /// Goes back to a state of this user.
+    pub fn restore(&mut self, state: UserState) {
+        self.state = state;
+        self.readings = self.model.readings(&self.state);
+    }
+
+    /// Begins anew at `tick`, at rest where the fingers are, with the scripts' first actions: for a user who joins late.
+    pub fn restart(&mut self, tick: u64) {
+        let places: ArrayVec<_, MAX_FINGERS> = self.states().iter().map(|state| state.position).collect();
+        self.restore(self.model.at_rest(tick, &places, &self.seen));
+    }
+
+    fn step(&mut self) {
+        self.model.step(&mut self.state, &self.readings, &self.seen);
+        self.readings = self.model.readings(&self.state);
+    }
+}
+
+impl Device for SimulatedUser {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn fingers(&self) -> usize {
+        self.model.fingers.len()
+    }
+
+    /// Points without limits of their own: what torques allow depends on where the finger is, and the device itself
+    /// sees to it.
+    fn limits(&self) -> DeviceLimits {
+        DeviceLimits::POINT
+    }
+
+    fn start(&mut self, tick: u64) {
+        self.restart(tick);
+    }
+
+    /// All fingers are moved alike. What the user sees is from then on told in the moved world, too.
+    fn recentre(&mut self, position: DVec3) {
+        let Some((model, state)) = self.model.fingers.first().zip(self.state.fingers.first()) else { return };
+        self.moved = model.freed(position - state.position);
+    }
+
+    fn observe(&mut self, view: &WorldView<'_>) {
+        for (seen, shown) in self.seen.iter_mut().zip(view.bodies) {
+            *seen = Pose { position: shown.position - self.moved, ..*shown };
+        }
+    }
+
+    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
+        let at = self.state.tick;
+        if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
+            let device = self.name.clone();
+            return Err(DeviceError::TickOutOfReach {
+                device,
+                asked: tick,
+                at,
+                most_ahead: MOST_TICKS_AHEAD,
+            });
+        }
+        while self.state.tick < tick {
+            self.step();
+        }
+        let mut readings = self.readings.clone();
+        for reading in &mut readings {
+            reading.pose.position = self.moved + reading.pose.position;
+        }
+        Ok(readings)
+    }
+
+    /// One wrench a finger; fingers beyond the last keep theirs.
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        for &wrench in wrenches {
+            checked(&self.name, wrench)?;
+        }
+        for ((model, finger), wrench) in self.model.fingers.iter().zip(&mut self.state.fingers).zip(wrenches)
+        {
+            finger.held_force = model.rendered(finger.position, wrench.force);
+        }
+        self.step();
+        Ok(())
+    }
+}

@@ -1,0 +1,101 @@
+//! What shapes, walls, friction and devices demand.
+
+use glam::DVec3;
+
+use super::{Conflict, conflict};
+use crate::scene::{DeviceKind, Scene, Shape, ShapeKind, Space};
+use crate::value::{Value, plain};
+
+/// Most bodies of a scene.
+const MAX_BODIES: usize = 8;
+/// Most fingers of a user and bodies that move, together: what one packet carries.
+const MAX_ENTRIES: usize = 10;
+
+pub(super) fn of_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
+    if scene.bodies.is_empty() {
+        of_shape("object.", &scene.object.shape, found);
+    }
+    for (index, body) in scene.bodies.iter().enumerate() {
+        of_shape(&format!("body.{}.", index + 1), &body.shape, found);
+    }
+    found.extend(of_points(scene));
+    found.extend(of_count(scene));
+    of_friction(scene, found);
+    for (index, plane) in scene.wall.planes.iter().enumerate() {
+        if plane.normal == DVec3::ZERO {
+            let key = format!("wall.plane.{}.normal", index + 1);
+            found.push(conflict(&[&key], "0", "a vector of any length but 0"));
+        }
+    }
+    if scene.device.kind == DeviceKind::Pantograph && scene.space != Space::Plane {
+        let keys = ["device.kind", "space"];
+        let allowed =
+            "\"point\" or \"phantom\", because a pantograph moves in a plane and space is not \"plane\"";
+        found.push(conflict(&keys, "\"pantograph\"", allowed));
+    }
+}
+
+/// A shape has the numbers that it needs.
+fn of_shape(table: &str, shape: &Shape, found: &mut Vec<Conflict>) {
+    let word = format!("{table}shape");
+    let mut need = |name: &str, value: Value, allowed: &str| {
+        let key = format!("{table}{name}");
+        found.push(conflict(&[&key, &word], value.to_string(), allowed));
+    };
+    let is_round = matches!(shape.kind, ShapeKind::Ball | ShapeKind::Capsule);
+    if is_round && shape.radius_m == 0.0 {
+        need("radius_m", Value::Number(0.0), "more than 0 (m), because the shape is a ball or a capsule");
+    }
+    if shape.kind == ShapeKind::Capsule && shape.length_m == 0.0 {
+        need("length_m", Value::Number(0.0), "more than 0 (m), because the shape is a capsule");
+    }
+    if shape.kind == ShapeKind::Box && shape.size_m.min_element() <= 0.0 {
+        need("size_m", Value::Vector(shape.size_m), "3 numbers above 0 (m), because the shape is a box");
+    }
+    if matches!(shape.kind, ShapeKind::Hull | ShapeKind::Mesh) && shape.mesh.is_empty() {
+        let allowed = "the path of an .stl, .obj, .gltf or .glb file, because the shape is a hull or a mesh";
+        need("mesh", Value::Text(String::new()), allowed);
+    }
+}
+
+/// A body without a surface is coupled to every finger for good; that leaves none for other bodies.
+fn of_points(scene: &Scene) -> Option<Conflict> {
+    let point = scene.bodies.iter().position(|body| body.shape.kind == ShapeKind::Point)?;
+    (scene.bodies.len() > 1).then(|| {
+        let key = format!("body.{}.shape", point + 1);
+        let allowed = "\"ball\", \"box\", \"capsule\", \"hull\" or \"mesh\": every finger is coupled to a point for good, so \
+                       only a single body can be one";
+        conflict(&[&key, "body"], "\"point\"", allowed)
+    })
+}
+
+fn of_count(scene: &Scene) -> Option<Conflict> {
+    let bodies = scene.bodies.len();
+    if bodies > MAX_BODIES {
+        let found = format!("a list of {bodies}");
+        return Some(conflict(&["body"], found, format!("a list of at most {MAX_BODIES} tables")));
+    }
+    let moving = if bodies == 0 { 1 } else { scene.bodies.iter().filter(|body| !body.fixed).count() };
+    let most = MAX_ENTRIES - moving;
+    let (index, user) = scene.users.iter().enumerate().find(|(_, user)| user.fingers.len() > most)?;
+    let key = format!("user.{}.finger", index + 1);
+    let found = format!("a list of {}", user.fingers.len());
+    let allowed = format!(
+        "a list of at most {most} tables: fingers and bodies that are not fixed ({moving}) are at most {MAX_ENTRIES}"
+    );
+    Some(conflict(&[&key, "body"], found, allowed))
+}
+
+fn of_friction(scene: &Scene, found: &mut Vec<Conflict>) {
+    let pairs = [
+        ("contact", scene.contact.dynamic_friction, scene.contact.static_friction),
+        ("wall", scene.wall.dynamic_friction, scene.wall.static_friction),
+    ];
+    for (table, sliding, sticking) in pairs {
+        if sliding > sticking {
+            let keys = [format!("{table}.dynamic_friction"), format!("{table}.static_friction")];
+            let allowed = format!("at most {} ({})", keys[1], plain(sticking));
+            found.push(conflict(&[&keys[0], &keys[1]], plain(sliding), allowed));
+        }
+    }
+}

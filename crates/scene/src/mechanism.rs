@@ -1,0 +1,192 @@
+//! The mechanisms that haptic devices consist of: kinematics, statics and the inertia of their links.
+//!
+//! Everything is a pure function of the place of the haptic interface point in the mechanism's own frame (whose axes are
+//! parallel to the world's), so that devices, simulations and analyses speak of the same mechanism:
+//!
+//! ```text
+//! x = FK(q)      v = J(q)·q̇      τ = Jᵀ·f      Λ(x) = J⁻ᵀ·M(q)·J⁻¹      f = Λ(x)·a + b(x, v)
+//! ```
+//!
+//! q are joint angles (rad), τ joint torques (N·m), f the force at the haptic interface point that moves the links (N), Λ their
+//! inertia as felt there (kg), b what turns and bends them along (Coriolis and centrifugal forces, N). Links have no weight:
+//! devices are balanced. A mechanism has stops: its [`workspace`](Mechanism::workspace) is a box that lies wholly where
+//! it is far from singular.
+
+mod pantograph;
+mod phantom;
+
+use glam::{DMat3, DVec3};
+
+pub use pantograph::{Assembly, Pantograph};
+pub use phantom::Phantom;
+
+use crate::scene::{DeviceKind, DeviceSpec};
+
+/// A mechanism of one of the kinds that there are.
+///
+/// A planar one has two joints; the third number of its joints is its z, which passes through unchanged.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mechanism {
+    /// Planar, parallel, two joints.
+    Pantograph(Pantograph),
+    /// Spatial, three joints.
+    Phantom(Phantom),
+}
+
+/// An upright box.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workspace {
+    /// m.
+    pub centre: DVec3,
+    /// Half of its edges, m.
+    pub half_size: DVec3,
+}
+
+impl Workspace {
+    /// Whether `position` lies in it.
+    #[must_use]
+    pub fn contains(&self, position: DVec3) -> bool {
+        (position - self.centre).abs().cmple(self.half_size).all()
+    }
+
+    /// The nearest place in it.
+    #[must_use]
+    pub fn nearest(&self, position: DVec3) -> DVec3 {
+        position.clamp(self.centre - self.half_size, self.centre + self.half_size)
+    }
+}
+
+impl Mechanism {
+    /// The mechanism of a kind of device; none for a point.
+    #[must_use]
+    pub fn of_kind(kind: DeviceKind) -> Option<Self> {
+        match kind {
+            DeviceKind::Point => None,
+            DeviceKind::Pantograph => Some(Self::Pantograph(Pantograph::DESKTOP)),
+            DeviceKind::Phantom => Some(Self::Phantom(Phantom::PUBLISHED)),
+        }
+    }
+
+    /// How many joints have a motor and an encoder.
+    #[must_use]
+    pub const fn joints(&self) -> usize {
+        match self {
+            Self::Pantograph(_) => 2,
+            Self::Phantom(_) => 3,
+        }
+    }
+
+    /// Where its stops let the haptic interface point go.
+    #[must_use]
+    pub const fn workspace(&self) -> Workspace {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.workspace,
+            Self::Phantom(phantom) => phantom.workspace,
+        }
+    }
+
+    /// Where the haptic interface point is (m) at `joints` (rad); none where the links do not meet.
+    #[must_use]
+    pub fn position(&self, joints: DVec3) -> Option<DVec3> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.position(joints),
+            Self::Phantom(phantom) => Some(phantom.position(joints)),
+        }
+    }
+
+    /// The joints (rad) at which the haptic interface point is at `position` (m); none out of reach.
+    #[must_use]
+    pub fn joints_at(&self, position: DVec3) -> Option<DVec3> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.joints_at(position),
+            Self::Phantom(phantom) => phantom.joints_at(position),
+        }
+    }
+
+    /// J in v = J·q̇, m/rad; none where it is infinite (the links do not meet, or a parallel mechanism is singular).
+    #[must_use]
+    pub fn jacobian(&self, joints: DVec3) -> Option<DMat3> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.jacobian(joints),
+            Self::Phantom(phantom) => Some(phantom.jacobian(joints)),
+        }
+    }
+
+    /// The joint torques (N·m) that render `force` (N): τ = Jᵀ·f.
+    #[must_use]
+    pub fn torques(&self, joints: DVec3, force: DVec3) -> Option<DVec3> {
+        Some(self.jacobian(joints)?.transpose() * force)
+    }
+
+    /// The force (N) that joint torques (N·m) render: f = J⁻ᵀ·τ; none where the mechanism is singular.
+    #[must_use]
+    pub fn force(&self, joints: DVec3, torques: DVec3) -> Option<DVec3> {
+        let inverse = self.jacobian(joints)?.transpose().inverse();
+        inverse.is_finite().then(|| inverse * torques)
+    }
+
+    /// Distance to singularity: the smallest singular value of J over the largest; 1 is isotropic, 0 singular.
+    #[must_use]
+    pub fn reciprocal_condition(&self, joints: DVec3) -> f64 {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.reciprocal_condition(joints),
+            Self::Phantom(phantom) => phantom.reciprocal_condition(joints),
+        }
+    }
+
+    /// M(q): the kinetic energy of the links is q̇ᵀ·M·q̇/2, kg·m².
+    #[must_use]
+    pub fn joint_inertia(&self, joints: DVec3) -> Option<DMat3> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.joint_inertia(joints),
+            Self::Phantom(phantom) => Some(phantom.joint_inertia(joints)),
+        }
+    }
+
+    /// Λ(x) = J⁻ᵀ·M·J⁻¹: the links' inertia as felt at the haptic interface point, kg.
+    #[must_use]
+    pub fn link_inertia(&self, position: DVec3) -> Option<DMat3> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.link_inertia(position),
+            Self::Phantom(phantom) => phantom.link_inertia(position),
+        }
+    }
+
+    /// Λ(x) (kg) and b(x, v) (N): the force f = Λ·a + b gives the haptic interface point at `position`, moving at `velocity`, the
+    /// acceleration a.
+    #[must_use]
+    pub fn dynamics(&self, position: DVec3, velocity: DVec3) -> Option<(DMat3, DVec3)> {
+        match self {
+            Self::Pantograph(pantograph) => pantograph.dynamics(position, velocity),
+            Self::Phantom(phantom) => phantom.dynamics(position, velocity),
+        }
+    }
+}
+
+/// A mechanism that stands so that the centre of its workspace is where a finger is at the start.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placed {
+    /// What stands there.
+    pub mechanism: Mechanism,
+    /// What to add to a place in the world to get the mechanism's own, m.
+    pub offset: DVec3,
+}
+
+impl Placed {
+    /// The device of a finger that starts at `start` (m, world); none for a point.
+    #[must_use]
+    pub fn of_finger(device: &DeviceSpec, start: DVec3) -> Option<Self> {
+        let mechanism = Mechanism::of_kind(device.kind)?;
+        Some(Self { mechanism, offset: mechanism.workspace().centre - start })
+    }
+}
+
+/// The inertia (kg) at `position` (m, world) of a finger that starts at `start`: that of the hand, and of the links where
+/// the scene's device has them ([`DeviceSpec::inertia`]). Out of a mechanism's reach the hand's alone.
+#[must_use]
+pub fn endpoint_inertia(device: &DeviceSpec, hand_mass_kg: f64, start: DVec3, position: DVec3) -> DMat3 {
+    let hand = DMat3::from_diagonal(DVec3::splat(hand_mass_kg));
+    let placed = Placed::of_finger(device, start).filter(|_| device.inertia);
+    let links = placed.and_then(|placed| placed.mechanism.link_inertia(position + placed.offset));
+    links.map_or(hand, |links| hand + links)
+}

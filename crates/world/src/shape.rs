@@ -1,0 +1,219 @@
+//! The surfaces of bodies, and what a sphere finds when it asks one of them.
+//!
+//! Everything is in the body's frame, whose origin is the centre of mass. A [`Surface`] is made once from a scene's
+//! shape; [`Surface::probe`] is asked in every tick, allocates nothing and takes bounded time.
+
+use std::sync::Arc;
+
+use arrayvec::ArrayVec;
+use cotouch_scene::mesh::TriangleMesh;
+use cotouch_scene::scene::{Shape, ShapeKind};
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::convex::probe_convex;
+use crate::cuboid::Cuboid;
+use crate::hull::Hull;
+use crate::round::Round;
+
+/// Most spheres that stand for one body.
+pub const MAX_CORNERS: usize = 32;
+
+/// The radius of a box's corners, as a share of its shortest edge.
+const CORNER_RADIUS_OF_BOX: f64 = 0.1;
+
+/// The radius of a hull's corners, as a share of its bounding radius.
+const CORNER_RADIUS_OF_HULL: f64 = 0.05;
+
+/// Spheres that stand for a body.
+pub type Corners = ArrayVec<Corner, MAX_CORNERS>;
+
+/// A sphere, fixed to a body, that stands for it where it meets other surfaces.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Corner {
+    /// Body frame, m.
+    pub centre: DVec3,
+    /// m.
+    pub radius_m: f64,
+}
+
+/// What a contact remembers between ticks to tell from which side its sphere came: a plain value.
+///
+/// The centre of a sphere may be beneath a surface, even beyond the other side of a thin body. Then the closest point
+/// says nothing about where it came from, and this does.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProxyState {
+    /// Whether `point` says anything.
+    pub seen: bool,
+    /// The face, triangle or feature above the centre, while the centre is beneath the surface.
+    pub face: Option<u32>,
+    /// Where the sphere's centre was when it was last outside (for meshes: where the proxy is), body frame, m.
+    pub point: DVec3,
+}
+
+/// Where and how deep a sphere is in a surface, in the body's frame.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// Outward unit normal.
+    pub normal: DVec3,
+    /// How far the sphere reaches beneath the surface, m; positive.
+    pub depth_m: f64,
+    /// The point of the surface, m.
+    pub point: DVec3,
+}
+
+#[derive(Clone, Debug)]
+enum Solid {
+    None,
+    Round(Round),
+    Box(Cuboid),
+    Hull(Hull),
+    Mesh(MeshSolid),
+}
+
+/// A closed triangle mesh.
+#[derive(Clone, Debug)]
+struct MeshSolid {
+    #[expect(dead_code, reason = "the convex hull answers for it")]
+    mesh: Arc<TriangleMesh>,
+    hull: Hull,
+}
+
+impl MeshSolid {
+    /// The one place where a sphere asks a mesh.
+    fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
+        probe_convex(&self.hull, proxy, centre, radius)
+    }
+}
+
+/// The surface of a body, made once.
+#[derive(Clone, Debug)]
+pub struct Surface {
+    solid: Solid,
+    corners: Corners,
+    bounding_radius_m: f64,
+}
+
+impl Surface {
+    /// Of a scene's shape. A hull or mesh whose file holds no solid has no surface.
+    #[must_use]
+    pub fn new(shape: &Shape) -> Self {
+        let solid = solid(shape);
+        let corners = match &solid {
+            Solid::None => Corners::new(),
+            Solid::Round(round) => round_corners(round),
+            Solid::Box(cuboid) => {
+                let radius = 2.0 * CORNER_RADIUS_OF_BOX * cuboid.half.min_element();
+                box_corners(cuboid.half, radius)
+            }
+            Solid::Hull(hull) | Solid::Mesh(MeshSolid { hull, .. }) => {
+                hull.corners(CORNER_RADIUS_OF_HULL * hull.bounding_radius_m())
+            }
+        };
+        let bounding_radius_m = match &solid {
+            Solid::None => 0.0,
+            Solid::Round(round) => round.radius + round.half_length,
+            Solid::Box(cuboid) => cuboid.half.length(),
+            Solid::Hull(hull) | Solid::Mesh(MeshSolid { hull, .. }) => hull.bounding_radius_m(),
+        };
+        Self { solid, corners, bounding_radius_m }
+    }
+
+    /// Of a body that stays in the plane across its own z axis: like [`Surface::new`], but each corner lies in that
+    /// plane, and those that fall together there are one.
+    #[must_use]
+    pub fn planar(shape: &Shape) -> Self {
+        let mut surface = Self::new(shape);
+        surface.corners = match &surface.solid {
+            Solid::Box(cuboid) => planar_box_corners(cuboid.half),
+            _ => flattened(&surface.corners),
+        };
+        surface
+    }
+
+    /// Whether there is a surface to touch.
+    #[must_use]
+    pub fn exists(&self) -> bool {
+        !matches!(self.solid, Solid::None)
+    }
+
+    /// The body fits into a sphere of this radius about its centre of mass, m.
+    #[must_use]
+    pub fn bounding_radius_m(&self) -> f64 {
+        self.bounding_radius_m
+    }
+
+    /// The spheres that stand for the body where it meets other surfaces: a box has 8 that touch its faces from
+    /// inside, a ball itself, a capsule its ends, a hull or mesh one at each vertex (at most [`MAX_CORNERS`], far
+    /// from each other).
+    #[must_use]
+    pub fn corners(&self) -> &[Corner] {
+        &self.corners
+    }
+
+    /// Where a sphere of `radius` (m) with its centre at `centre` (body frame, m) is in the surface; `None` if it does
+    /// not touch. Ask in every tick in which the sphere is near, or give a default `proxy`: it remembers from which
+    /// side the sphere came.
+    #[must_use]
+    pub fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
+        let probe = match &self.solid {
+            Solid::None => None,
+            Solid::Round(round) => round.probe(proxy, centre, radius),
+            Solid::Box(cuboid) => probe_convex(cuboid, proxy, centre, radius),
+            Solid::Hull(hull) => probe_convex(hull, proxy, centre, radius),
+            Solid::Mesh(mesh) => mesh.probe(proxy, centre, radius),
+        };
+        probe.filter(|probe| probe.depth_m > 0.0)
+    }
+}
+
+fn solid(shape: &Shape) -> Solid {
+    let of_mesh = || {
+        let mesh = shape.surface.as_ref()?;
+        Some((mesh, Hull::new(&mesh.vertices)?))
+    };
+    match shape.kind {
+        ShapeKind::Point => Solid::None,
+        ShapeKind::Ball => Solid::Round(Round { radius: shape.radius_m, half_length: 0.0 }),
+        ShapeKind::Capsule => {
+            Solid::Round(Round { radius: shape.radius_m, half_length: 0.5 * shape.length_m })
+        }
+        ShapeKind::Box => Solid::Box(Cuboid { half: 0.5 * shape.size_m }),
+        ShapeKind::Hull => of_mesh().map_or(Solid::None, |(_, hull)| Solid::Hull(hull)),
+        ShapeKind::Mesh => of_mesh()
+            .map_or(Solid::None, |(mesh, hull)| Solid::Mesh(MeshSolid { mesh: Arc::clone(mesh), hull })),
+    }
+}
+
+fn round_corners(round: &Round) -> Corners {
+    let corner = |y: f64| Corner { centre: DVec3::Y * y, radius_m: round.radius };
+    if round.half_length > 0.0 {
+        [corner(-round.half_length), corner(round.half_length)].into_iter().collect()
+    } else {
+        std::iter::once(corner(0.0)).collect()
+    }
+}
+
+fn planar_box_corners(half: DVec3) -> Corners {
+    let radius_m = 2.0 * CORNER_RADIUS_OF_BOX * half.x.min(half.y);
+    box_corners(DVec3::new(half.x, half.y, radius_m), radius_m).into_iter().take(4).collect()
+}
+
+fn box_corners(half: DVec3, radius_m: f64) -> Corners {
+    let inset = half - DVec3::splat(radius_m);
+    let sign = |bit: u32| if bit == 0 { -1.0 } else { 1.0 };
+    let corner = |i: u32| inset * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4));
+    (0..8).map(|i| Corner { centre: corner(i), radius_m }).collect()
+}
+
+fn flattened(corners: &[Corner]) -> Corners {
+    let mut flat = Corners::new();
+    for corner in corners {
+        let centre = DVec3::new(corner.centre.x, corner.centre.y, 0.0);
+        let known = |other: &Corner| (other.centre - centre).length() < 0.1 * corner.radius_m;
+        if !flat.iter().any(known) {
+            flat.push(Corner { centre, ..*corner });
+        }
+    }
+    flat
+}
