@@ -77,16 +77,18 @@ impl Trace {
     pub(crate) fn observe(&mut self, host: HostIndex, tick: &TickRecord) {
         let Some(trace) = self.hosts.get_mut(host.index()) else { return };
         let time_s = tick.instant.as_secs_f64();
-        for (trace, finger) in trace.fingers.iter_mut().zip(&tick.fingers) {
-            let force = finger.commanded.force;
+        for (trace, (reading, commanded)) in
+            trace.fingers.iter_mut().zip(tick.readings.iter().zip(&tick.commanded))
+        {
+            let force = commanded.force;
             trace.force_n.push(time_s, if self.on_a_line { force.x } else { force.length() });
-            trace.x_m.push(time_s, finger.reading.pose.position.x);
-            trace.path.push(finger.reading.pose);
+            trace.x_m.push(time_s, reading.pose.position.x);
+            trace.path.push(reading.pose);
         }
         for trace in &mut trace.bodies {
             let Some(body) = tick.bodies.get(trace.body) else { continue };
-            trace.x_m.push(time_s, body.state.pose.position.x);
-            trace.path.push(body.state.pose);
+            trace.x_m.push(time_s, body.pose.position.x);
+            trace.path.push(body.pose);
         }
     }
 }

@@ -103,21 +103,21 @@ pub(super) fn radius_of_mass_only_hands(scene: &Scene) -> anyhow::Result<f64> {
 
 impl HostCurves {
     fn take(&mut self, at: u64, tick: &cotouch_runtime::record::TickRecord) {
-        self.fingers.resize(tick.fingers.len(), FingerCurves::default());
+        self.fingers.resize(tick.readings.len(), FingerCurves::default());
         if at % TICKS_A_POINT == 0 {
             self.time_s.push(tick.instant.as_secs_f64());
-            let body = &tick.bodies[0].state;
+            let body = &tick.bodies[0];
             self.body_m.push(body.pose.position);
             self.body_m_per_s.push(body.twist.linear);
             self.body_turn_rad.push(body.pose.orientation.to_scaled_axis().z);
-            for (curves, finger) in self.fingers.iter_mut().zip(&tick.fingers) {
-                curves.position_m.push(finger.reading.pose.position);
+            for (curves, reading) in self.fingers.iter_mut().zip(&tick.readings) {
+                curves.position_m.push(reading.pose.position);
                 curves.force_n.push(DVec3::ZERO);
                 curves.largest_force_n.push(0.0);
             }
         }
-        for (curves, finger) in self.fingers.iter_mut().zip(&tick.fingers) {
-            let force = finger.commanded.force;
+        for (curves, commanded) in self.fingers.iter_mut().zip(&tick.commanded) {
+            let force = commanded.force;
             if let (Some(mean), Some(largest)) =
                 (curves.force_n.last_mut(), curves.largest_force_n.last_mut())
             {
