@@ -44,11 +44,8 @@ fn with_task(mut scene: Scene, target_m: DVec3, turn_rad: f64, force_n: f64) -> 
 fn seeded(seed: u64) -> (Scene, DVec3, f64) {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut between = |low: f64, high: f64| random.random_range(low..high);
-    let mut scene = if seed.is_multiple_of(3) {
-        scene("grasp-centralized", SOFT_REMOTE)
-    } else {
-        scene("grasp", &[])
-    };
+    let mut scene =
+        if seed.is_multiple_of(3) { scene("grasp-centralized", SOFT_REMOTE) } else { scene("grasp", &[]) };
     scene.wall.planes.clear();
     scene.wall.stiffness_n_per_m = 0.0;
     scene.wall.damping_n_s_per_m = 0.0;

@@ -10,7 +10,7 @@ use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::exchange::RecordSink;
 use crate::haptic_loop::Timing;
-use crate::record::RecordItem;
+use crate::record::{RecordItem, TickRecord};
 use crate::recorder::{RecordError, Recorder};
 use crate::recording_thread::{facts, header};
 use crate::station::Station;
@@ -51,7 +51,21 @@ pub fn run(
     scene: &Scene,
     duration_s: f64,
     recording: Option<&Path>,
+    progress: impl FnMut(f64) -> bool,
+) -> Result<Summary, VirtualRunError> {
+    run_observed(scene, duration_s, recording, progress, |_, _| {})
+}
+
+/// As [`run`]; `observe` sees every tick of every host, the release afterwards left out.
+///
+/// # Errors
+/// As [`run`].
+pub fn run_observed(
+    scene: &Scene,
+    duration_s: f64,
+    recording: Option<&Path>,
     mut progress: impl FnMut(f64) -> bool,
+    mut observe: impl FnMut(HostIndex, &TickRecord),
 ) -> Result<Summary, VirtualRunError> {
     let recorder = recording.map(|path| Recorder::create(path, &header(scene, 0))).transpose()?;
     let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
@@ -65,7 +79,7 @@ pub fn run(
     let mut tick = 0;
     while tick < end {
         tick = end.min(tick + PROGRESS_TICKS);
-        session.run_to_tick(tick, |_, _| {});
+        session.run_to_tick(tick, &mut observe);
         if !progress(rate.instant(tick).as_secs_f64()) {
             break;
         }

@@ -156,10 +156,10 @@ fn wall_line(view: View, wall: &WallPlane, x: (f64, f64), y: (f64, f64)) -> Vec<
 fn circle(view: View, centre: DVec3, radius_m: f64) -> Vec<(f64, f64)> {
     let (x, y) = view.point(centre);
     let on = |step: i32| {
-        let (sine, cosine) = (f64::from(step) / 24.0 * std::f64::consts::TAU).sin_cos();
+        let (sine, cosine) = (f64::from(step) / 48.0 * std::f64::consts::TAU).sin_cos();
         (x + 1e3 * radius_m * cosine, y + 1e3 * radius_m * sine)
     };
-    (0..=24).map(on).collect()
+    (0..=48).map(on).collect()
 }
 
 /// The outline of a shape in the picture's plane: the hull of its corners as seen.
