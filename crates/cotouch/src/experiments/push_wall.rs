@@ -23,7 +23,7 @@ const SOFT_REMOTE: &[&str] = &[
 struct Push {
     run: Run,
     host: usize,
-    /// How far the finger went beyond where it first touched, at most, m.
+    /// How far the finger went beyond where it would just touch a box that just touches the wall, at most, m.
     penetration_m: f64,
 }
 
@@ -36,11 +36,10 @@ impl Push {
         }
         let run = Run::of_scene(scene, DURATION_S)?;
         let host = usize::from(by_the_second);
-        let curves = &run.hosts[host];
-        let finger = &curves.fingers[0];
-        let touch = finger.largest_force_n.iter().position(|&force| force > 1e-3);
-        let touch_m = touch.map_or(f64::NAN, |at| finger.position_m[at].y);
+        let finger = &run.hosts[host].fingers[0];
         let furthest = finger.position_m.iter().map(|position| position.y).fold(f64::MIN, f64::max);
+        let wall_m = run.scene.walls()[0].point_m.y;
+        let touch_m = wall_m - run.scene.object.shape.size_m.y - run.scene.hand.finger_radius_m;
         Ok(Self { penetration_m: furthest - touch_m, run, host })
     }
 }
@@ -77,7 +76,7 @@ fn run() -> anyhow::Result<Outcome> {
             "remote_penetration_m": remote.penetration_m,
         }),
         agrees: claims.iter().all(|claim| claim.holds),
-        note: "Penetration is how far the finger goes beyond the point where it first felt the box."
+        note: "Penetration is how far the finger goes beyond where it would just touch a box that just touches the wall."
             .to_owned(),
         rows: rows.collect(),
         claims,

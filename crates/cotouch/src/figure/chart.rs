@@ -7,7 +7,8 @@ use super::{Area, GRID, INK, QUIET, colour, text, undrawable};
 const PANEL_WIDTH: u32 = 560;
 const PANEL_HEIGHT: u32 = 360;
 const HEADLINE: u32 = 40;
-const LEGEND: u32 = 26;
+const LEGEND: u32 = 54;
+const LEGEND_LINE: i32 = 18;
 /// Points that a curve is thinned to.
 const MOST_POINTS: usize = 1500;
 
@@ -115,15 +116,19 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
 }
 
 fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
-    let mut x = 66;
+    let (mut x, mut y) = (66, 0);
     for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
+        let width = 28 + 7 * series.label.chars().count() as i32 + 12;
+        if x + width > PANEL_WIDTH as i32 {
+            (x, y) = (66, y + LEGEND_LINE);
+        }
         let style = colour(series.colour).stroke_width(3);
         let pieces: &[(i32, i32)] = if series.dashed { &[(0, 9), (14, 23)] } else { &[(0, 23)] };
         for &(from, to) in pieces {
-            area.draw(&PathElement::new([(x + from, 15), (x + to, 15)], style)).map_err(undrawable)?;
+            area.draw(&PathElement::new([(x + from, y + 9), (x + to, y + 9)], style)).map_err(undrawable)?;
         }
-        area.draw_text(&series.label, &text(12, INK), (x + 28, 8)).map_err(undrawable)?;
-        x += 28 + 7 * series.label.chars().count() as i32 + 16;
+        area.draw_text(&series.label, &text(12, INK), (x + 28, y + 2)).map_err(undrawable)?;
+        x += width;
     }
     Ok(())
 }
