@@ -60,22 +60,33 @@ fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str) -> anyhow::Result
 }
 
 fn draw_forces(area: &Area<'_>, trace: &Trace) -> anyhow::Result<()> {
-    let curves = |host: &'_ HostTrace| vec![Curve { points: host.force_n.points().collect(), dashed: false }];
+    let curve = |force: &Envelope| Curve { points: force.points().collect(), dashed: false };
+    let curves = |host: &HostTrace| host.forces_n.iter().map(curve).collect();
     let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
-    draw_panel(area, &hosts, None, "force on the hand, N", "")
+    let label = if trace.is_line { "force on the hand, N" } else { "size of the force on each finger, N" };
+    draw_panel(area, &hosts, None, label, "")
 }
 
 fn draw_positions(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
-    let largest = trace.hosts.iter().flat_map(|host| host.hand_m.points().chain(host.object_m.points()));
+    let curves = |host: &'_ HostTrace| host.fingers_m.iter().chain(&host.bodies_m);
+    let largest = trace.hosts.iter().flat_map(curves).flat_map(Envelope::points);
     let largest = largest.map(|(_, metres)| metres.abs()).fold(0.0, f64::max);
-    let (unit, label) = if largest < 0.5 { (1e3, "position, mm") } else { (1.0, "position, m") };
+    let (unit, label) = match (largest < 0.5, trace.is_line) {
+        (true, true) => (1e3, "position, mm"),
+        (false, true) => (1.0, "position, m"),
+        (true, false) => (1e3, "x, mm"),
+        (false, false) => (1.0, "x, m"),
+    };
     let scaled = |curve: &Envelope, dashed| Curve {
         points: curve.points().map(|(time_s, metres)| (time_s, unit * metres)).collect(),
         dashed,
     };
-    let curves = |host: &HostTrace| vec![scaled(&host.hand_m, false), scaled(&host.object_m, true)];
+    let curves = |host: &HostTrace| {
+        let fingers = host.fingers_m.iter().map(|curve| scaled(curve, false));
+        fingers.chain(host.bodies_m.iter().map(|curve| scaled(curve, true))).collect()
+    };
     let hosts: Vec<Vec<Curve>> = trace.hosts.iter().map(curves).collect();
-    let wall = scene.wall.exists().then_some(unit * scene.wall.position_m);
+    let wall = (scene.wall.exists() && trace.is_line).then_some(unit * scene.wall.position_m);
     draw_panel(area, &hosts, wall, label, "time, s")
 }
 
@@ -170,9 +181,9 @@ mod tests {
                 let t = f64::from(tick) / 1024.0;
                 let swing = (3.1 * t + index as f64).sin();
                 let buzz = if t > 6.0 { 0.4 * (200.0 * t).sin() } else { 0.0 };
-                host.force_n.push(t, 2.0 * swing + buzz);
-                host.hand_m.push(t, 0.05 * swing);
-                host.object_m.push(t, 0.047 * (3.1 * t + index as f64 - 0.1).sin());
+                host.forces_n[0].push(t, 2.0 * swing + buzz);
+                host.fingers_m[0].push(t, 0.05 * swing);
+                host.bodies_m[0].push(t, 0.047 * (3.1 * t + index as f64 - 0.1).sin());
             }
         }
         (scene, trace)

@@ -2,14 +2,16 @@
 
 use cotouch_runtime::record::TickRecord;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Scene, Space};
 
 /// Stretches that a curve is cut into, at most.
 const MOST_BINS: usize = 1024;
 
-/// What every host's user felt and where things were, along the scene's axis.
+/// What every host's user felt, and where things were along the axis that the picture shows.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Trace {
+    /// Whether everything moves along the axis.
+    pub(crate) is_line: bool,
     /// One entry a host.
     pub(crate) hosts: Vec<HostTrace>,
 }
@@ -19,34 +21,42 @@ pub(crate) struct Trace {
 pub(crate) struct HostTrace {
     /// The user's name.
     pub(crate) user: String,
-    /// Force on the hand, N.
-    pub(crate) force_n: Envelope,
-    /// Where the hand was, m.
-    pub(crate) hand_m: Envelope,
-    /// Where this host's copy of the object was, m.
-    pub(crate) object_m: Envelope,
+    /// Force on each finger, N: along the axis on a line, its size elsewhere.
+    pub(crate) forces_n: Vec<Envelope>,
+    /// Where each finger was, m.
+    pub(crate) fingers_m: Vec<Envelope>,
+    /// Where this host's copy of each body was, m.
+    pub(crate) bodies_m: Vec<Envelope>,
 }
 
 impl Trace {
     /// An empty trace of `scene`.
     pub(crate) fn new(scene: &Scene) -> Self {
         let period_s = scene.rates.control_hz.period_s();
+        let bodies = scene.world_bodies().len();
+        let curves = |count: usize| vec![Envelope::new(period_s); count];
         let host = |user: &cotouch_scene::scene::User| HostTrace {
             user: user.name.clone(),
-            force_n: Envelope::new(period_s),
-            hand_m: Envelope::new(period_s),
-            object_m: Envelope::new(period_s),
+            forces_n: curves(user.fingers.len()),
+            fingers_m: curves(user.fingers.len()),
+            bodies_m: curves(bodies),
         };
-        Self { hosts: scene.users.iter().map(host).collect() }
+        Self { is_line: scene.space == Space::Line, hosts: scene.users.iter().map(host).collect() }
     }
 
     /// Takes one tick.
     pub(crate) fn observe(&mut self, host: HostIndex, tick: &TickRecord) {
         let Some(trace) = self.hosts.get_mut(host.index()) else { return };
         let time_s = tick.instant.as_secs_f64();
-        trace.force_n.push(time_s, tick.commanded.force.x);
-        trace.hand_m.push(time_s, tick.reading.pose.position.x);
-        trace.object_m.push(time_s, tick.object.pose.position.x);
+        for (curve, wrench) in trace.forces_n.iter_mut().zip(&tick.commanded) {
+            curve.push(time_s, if self.is_line { wrench.force.x } else { wrench.force.length() });
+        }
+        for (curve, reading) in trace.fingers_m.iter_mut().zip(&tick.readings) {
+            curve.push(time_s, reading.pose.position.x);
+        }
+        for (curve, body) in trace.bodies_m.iter_mut().zip(&tick.bodies) {
+            curve.push(time_s, body.pose.position.x);
+        }
     }
 }
 
