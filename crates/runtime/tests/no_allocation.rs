@@ -44,6 +44,10 @@ fn an_instant_does_not_allocate() {
             assert_instants_do_not_allocate(&load(name, &[users]).unwrap());
         }
     }
+    for architecture in ["distributed", "centralized"] {
+        let architecture: Override = format!("session.architecture={architecture}").parse().unwrap();
+        assert_instants_do_not_allocate(&load("grasp", &[architecture]).unwrap());
+    }
 }
 
 /// Three seconds of a session, a peer that goes and comes and a release included.
@@ -64,7 +68,7 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
         assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
         consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));
     }
-    assert_everything_happened(&items, stations.len());
+    assert_everything_happened(&items, stations.len(), stations[0].model.has_surfaces());
     assert!(stations.iter().all(Station::is_released));
 }
 
@@ -114,9 +118,11 @@ fn instant(stations: &mut [Station<SimulatedUser>], tick: u64) {
 }
 
 /// The ticks that were counted did all that a tick can have to do.
-fn assert_everything_happened(items: &[RecordItem], hosts: usize) {
+fn assert_everything_happened(items: &[RecordItem], hosts: usize, has_surfaces: bool) {
     let count = |is: fn(&RecordKind) -> bool| items.iter().filter(|item| is(&item.kind)).count();
     assert_eq!(count(|kind| matches!(kind, RecordKind::Tick(_))), 3 * 1024 * hosts);
+    let touches = |kind: &RecordKind| matches!(kind, RecordKind::Tick(tick) if !tick.contacts.is_empty());
+    assert_eq!(count(touches) > 0, has_surfaces, "fingers touch where there is something to touch");
     assert_eq!(count(|kind| matches!(kind, RecordKind::State(bytes) if !bytes.is_empty())), 3 * hosts);
     let steps = 3 * 128;
     assert!(count(|kind| matches!(kind, RecordKind::Sent { .. })) >= steps * (hosts - 1));

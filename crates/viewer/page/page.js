@@ -34,7 +34,7 @@ function take(message) {
     introduce();
   } else {
     latest = message;
-    const forces = latest.hosts.map((host) => along(host.commanded.force));
+    const forces = latest.hosts.map(forceOf);
     const last = history.at(-1);
     if (!last || latest.time_s > last.time_s) history.push({ time_s: latest.time_s, forces });
     while (history.length > 2 && history[0].time_s < latest.time_s - SECONDS_SHOWN) history.shift();
@@ -42,7 +42,12 @@ function take(message) {
   changed = true;
 }
 
-const along = (vector) => vector[0] ?? 0;
+const isLine = () => about?.space === "line";
+const size = (vector) => Math.hypot(...vector);
+// On a line the force along it; elsewhere the size of the largest on a finger.
+const forceOf = (host) => (isLine()
+  ? host.fingers[0]?.commanded.force[0] ?? 0
+  : Math.max(0, ...host.fingers.map((finger) => size(finger.commanded.force))));
 const number = (value, digits) => (Number.isFinite(value) ? value.toFixed(digits) : "–");
 const nameOf = (host) => about?.users[host] ?? `host ${host + 1}`;
 
@@ -68,7 +73,7 @@ function verdict(id, stable, detail) {
 function frame() {
   if (changed && latest && about && !paused) {
     changed = false;
-    drawWorld();
+    if (isLine()) drawLine(); else drawTop();
     drawForces();
     fillFigures();
     verdict("observed", latest.stable, latest.stable === null ? "too early to say" : "so far");
@@ -99,13 +104,16 @@ function sheet(id) {
 // Half the width of what is shown, m: grows at once, shrinks slowly, so that the picture is calm.
 let reach_m = 0.02;
 function updateReach() {
-  const positions = latest.hosts.flatMap((host) => [host.hand.pose.position[0], host.object.position[0]]);
-  if (about.wall) positions.push(about.wall.position_m);
+  const axes = isLine() ? [0] : [0, 1];
+  const points = latest.hosts.flatMap((host) => [
+    ...host.fingers.map((finger) => finger.reading.pose.position), ...host.bodies.map((body) => body.position)]);
+  points.push(...about.walls.map((wall) => wall.point_m));
+  const positions = points.flatMap((point) => axes.map((axis) => point[axis]));
   const needed = Math.max(0.01, 1.15 * Math.max(...positions.map((x) => (Number.isFinite(x) ? Math.abs(x) : 0))));
   reach_m = needed > reach_m ? needed : reach_m + 0.01 * (needed - reach_m);
 }
 
-function drawWorld() {
+function drawLine() {
   const { context, width, height } = sheet("world");
   updateReach();
   const label = Math.min(90, width * 0.2);
@@ -120,10 +128,12 @@ function drawWorld() {
     context.textAlign = "left";
     context.fillText(nameOf(host.host), 2, middle + 4, label - 6);
     if (about.copies) {
-      for (const other of hosts) if (other !== host) outline(context, x(other.object.position[0]), middle, size, other.host);
+      for (const other of hosts) {
+        if (other !== host) other.bodies.forEach((body) => outline(context, x(body.position[0]), middle, size, other.host));
+      }
     }
-    drawObject(context, x(host.object.position[0]), middle, size, host);
-    drawHand(context, x(host.hand.pose.position[0]), middle, size, host, width);
+    host.bodies.forEach((body) => drawObject(context, x(body.position[0]), middle, size, host));
+    host.fingers.forEach((finger) => drawHand(context, x(finger.reading.pose.position[0]), middle, size, host, finger, width));
   });
 }
 
@@ -137,13 +147,88 @@ function drawAxis(context, x, width, height, label) {
     line(context, at, 0, at, height - 20);
     if (at > label) context.fillText(`${number(1000 * k * step, step < 0.001 ? 1 : 0)}${k === 0 ? " mm" : ""}`, at, height - 5);
   }
-  if (about.wall) {
+  for (const wall of about.walls) {
     context.save();
     context.strokeStyle = colour("text");
     context.lineWidth = 4;
-    line(context, x(about.wall.position_m), 0, x(about.wall.position_m), height - 20);
+    line(context, x(wall.point_m[0]), 0, x(wall.point_m[0]), height - 20);
     context.restore();
   }
+}
+
+// From above: x to the right, y up. Every copy of every body, walls, fingers and the forces on them.
+function drawTop() {
+  const { context, width, height } = sheet("world");
+  updateReach();
+  const scale = 0.46 * Math.min(width, height) / reach_m;
+  const place = (point) => [0.5 * width + scale * point[0], 0.5 * height - scale * point[1]];
+  context.strokeStyle = colour("text");
+  for (const wall of about.walls) drawWall(context, place, wall);
+  latest.hosts.forEach((host, index) => {
+    host.bodies.forEach((pose, body) => drawBody(context, place(pose.position), scale, pose, about.bodies[body], host, index === 0));
+  });
+  for (const host of latest.hosts) for (const finger of host.fingers) drawFinger(context, place, scale, finger, host);
+}
+
+function drawWall(context, place, wall) {
+  const [x, y] = wall.point_m, [nx, ny] = wall.normal;
+  context.lineWidth = 3;
+  line(context, ...place([x - 10 * ny, y + 10 * nx]), ...place([x + 10 * ny, y - 10 * nx]));
+}
+
+function drawBody(context, [x, y], scale, pose, body, host, filled) {
+  const [qx, qy, qz, qw] = pose.orientation;
+  context.save();
+  context.translate(x, y);
+  context.rotate(-Math.atan2(2 * (qw * qz + qx * qy), 1 - 2 * (qy * qy + qz * qz)));
+  context.beginPath();
+  const radius = Math.max(3, scale * body.radius_m);
+  if (body.kind === "box") {
+    context.rect(-0.5 * scale * body.size_m[0], -0.5 * scale * body.size_m[1], scale * body.size_m[0], scale * body.size_m[1]);
+  } else if (body.kind === "capsule") {
+    const half = 0.5 * scale * body.length_m;
+    context.arc(0, -half, radius, Math.PI, 0);
+    context.arc(0, half, radius, 0, Math.PI);
+    context.closePath();
+  } else {
+    context.arc(0, 0, radius, 0, 2 * Math.PI);
+  }
+  context.strokeStyle = host.diverged ? colour("bad") : userColour(host.host);
+  context.lineWidth = host.touches_wall ? 3 : 1.5;
+  if (filled) {
+    context.globalAlpha = 0.2;
+    context.fillStyle = userColour(host.host);
+    context.fill();
+    context.globalAlpha = 1;
+  } else {
+    context.setLineDash([4, 3]);
+  }
+  context.stroke();
+  context.restore();
+}
+
+// A disc; a ring around it while it sticks to a body, a broken one while it slides.
+function drawFinger(context, place, scale, finger, host) {
+  const [x, y] = place(finger.reading.pose.position);
+  const radius = Math.max(3, scale * about.finger_radius_m);
+  context.save();
+  context.fillStyle = userColour(host.host);
+  context.strokeStyle = userColour(host.host);
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  context.fill();
+  if (finger.contact !== "free") {
+    if (finger.contact === "slide") context.setLineDash([3, 3]);
+    context.beginPath();
+    context.arc(x, y, radius + 3, 0, 2 * Math.PI);
+    context.stroke();
+    context.setLineDash([]);
+  }
+  const [fx, fy] = finger.commanded.force;
+  const length = 60 / forceScale();
+  context.lineWidth = 2;
+  line(context, x, y, x + length * fx, y - length * fy);
+  context.restore();
 }
 
 function outline(context, x, y, size, host) {
@@ -166,12 +251,12 @@ function drawObject(context, x, y, size, host) {
   context.restore();
 }
 
-function drawHand(context, x, y, size, host, width) {
+function drawHand(context, x, y, size, host, finger, width) {
   context.fillStyle = userColour(host.host);
   context.beginPath();
   context.arc(x, y, size / 4, 0, 2 * Math.PI);
   context.fill();
-  const force = along(host.commanded.force);
+  const force = finger.commanded.force[0];
   const length = 0.25 * width * Math.max(-1, Math.min(1, force / forceScale()));
   if (Math.abs(length) > 2) arrow(context, x, y - size / 2 - 6, length);
 }
@@ -202,12 +287,13 @@ function drawForces() {
   const end = latest.time_s;
   const start = Math.max(0, end - SECONDS_SHOWN);
   const x = (time_s) => left + (width - left) * (time_s - start) / Math.max(1, Math.min(SECONDS_SHOWN, end));
-  const y = (force) => bottom * (0.5 - 0.5 * force / top);
+  const least = isLine() ? -top : 0;
+  const y = (force) => bottom * (top - force) / (top - least);
   context.strokeStyle = colour("line");
   context.fillStyle = colour("quiet");
   context.textAlign = "right";
   const step = niceStep(top / 2);
-  for (let k = Math.ceil(-top / step); k * step <= top; k++) {
+  for (let k = Math.ceil(least / step); k * step <= top; k++) {
     line(context, left, y(k * step), width, y(k * step));
     context.fillText(number(k * step, step < 0.1 ? 2 : step < 1 ? 1 : 0), left - 6, y(k * step) + 4);
   }
@@ -247,7 +333,7 @@ function fillFigures() {
     const lost = host.links.reduce((sum, link) => sum + link.lost, 0);
     row.querySelector(".swatch").className = `swatch user-${host.host % COLOURS}`;
     const texts = [
-      nameOf(host.host), number(along(host.commanded.force), 2), number(host.lateness_us, 0), String(host.missed),
+      nameOf(host.host), number(forceOf(host), 2), number(host.lateness_us, 0), String(host.missed),
       number(worst((link) => link.round_trip_ms), 2), number(worst((link) => link.rms_jitter_ms), 2), String(lost),
     ];
     row.querySelector(".name").textContent = texts[0];

@@ -1,6 +1,6 @@
 //! What a page has to know of a session besides its snapshots: sent once, first.
 
-use cotouch_scene::scene::{Architecture, Scene};
+use cotouch_scene::scene::{Architecture, Body, Scene, WallPlane};
 use serde_json::{Value, json};
 
 /// The session's fixed facts, and who to ask for the prediction.
@@ -13,9 +13,8 @@ impl About {
     /// The facts of `scene`. `prediction` is asked once for every page that connects; it answers `null`, or an object
     /// with `stable` (true or false) and `spectral_radius` (a number).
     pub fn new(scene: &Scene, prediction: impl Fn() -> Value + Send + Sync + 'static) -> Self {
-        let wall = scene.wall.exists().then(|| {
-            json!({ "position_m": scene.wall.position_m, "stiffness_n_per_m": scene.wall.stiffness_n_per_m })
-        });
+        let walls: Vec<Value> = scene.walls().iter().map(wall).collect();
+        let bodies: Vec<Value> = scene.world_bodies().iter().map(body).collect();
         let facts = json!({
             "scene": scene.name,
             "description": scene.description,
@@ -26,7 +25,10 @@ impl About {
             "network_hz": scene.rates.network_hz.hz(),
             "delay_periods": scene.link.delay_periods,
             "max_force_n": scene.governor.max_force_n,
-            "wall": wall,
+            "space": scene.space,
+            "finger_radius_m": scene.hand.finger_radius_m,
+            "bodies": bodies,
+            "walls": walls,
         });
         Self { facts, prediction: Box::new(prediction) }
     }
@@ -35,4 +37,21 @@ impl About {
     pub(crate) fn message(&self) -> String {
         json!({ "about": self.facts, "predicted": (self.prediction)() }).to_string()
     }
+}
+
+/// A body as a page draws it; its poses are in the snapshots.
+fn body(body: &Body) -> Value {
+    let shape = &body.shape;
+    json!({
+        "name": body.name,
+        "kind": shape.kind,
+        "size_m": shape.size_m,
+        "radius_m": shape.radius_m,
+        "length_m": shape.length_m,
+        "fixed": body.fixed,
+    })
+}
+
+fn wall(plane: &WallPlane) -> Value {
+    json!({ "name": plane.name, "point_m": plane.point_m, "normal": plane.normal.normalize() })
 }

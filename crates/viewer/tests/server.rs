@@ -5,8 +5,10 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use cotouch_runtime::snapshot::{HostSnapshot, Snapshot};
+use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, Snapshot};
+use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_viewer::{About, Viewer, ViewerError};
+use cotouch_world::contact::Phase;
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value, json};
 use tokio_tungstenite::tungstenite::client::IntoClientRequest as _;
@@ -18,10 +20,19 @@ fn start() -> Viewer {
     let asked = Arc::new(AtomicU64::new(0));
     let source = move || Snapshot {
         time_s: asked.fetch_add(1, Ordering::Relaxed) as f64,
-        hosts: vec![HostSnapshot::default()],
+        hosts: vec![host()],
         ..Snapshot::default()
     };
     Viewer::start("127.0.0.1:0".parse().unwrap(), about, source).expect("a free port")
+}
+
+fn host() -> HostSnapshot {
+    let finger = |contact| FingerSnapshot { reading: Reading::default(), commanded: Wrench::default(), contact };
+    HostSnapshot {
+        fingers: [finger(Phase::Free), finger(Phase::PreSlide)].into_iter().collect(),
+        bodies: [Pose::default()].into_iter().collect(),
+        ..HostSnapshot::default()
+    }
 }
 
 fn ask(address: SocketAddr, path: &str, host: &str) -> String {
@@ -83,7 +94,11 @@ async fn a_browser_first_hears_what_the_session_is_then_newer_and_newer_snapshot
     assert_eq!(about["predicted"]["spectral_radius"], 0.75);
     let (first, second) = (next().await, next().await);
     assert!(second["time_s"].as_f64() > first["time_s"].as_f64());
-    assert_eq!(first["hosts"][0]["hand"]["pose"]["position"], json!([0.0, 0.0, 0.0]));
+    let host = &first["hosts"][0];
+    assert_eq!(host["fingers"][0]["reading"]["pose"]["position"], json!([0.0, 0.0, 0.0]));
+    assert_eq!(host["fingers"][1]["contact"], "pre-slide");
+    assert_eq!(host["bodies"][0]["orientation"], json!([0.0, 0.0, 0.0, 1.0]));
+    assert_eq!(about["about"]["bodies"][0]["kind"], "point");
     assert_eq!(first["stable"], Value::Null);
 }
 
