@@ -157,6 +157,20 @@ pub(crate) struct Touching {
 }
 
 impl HostModel {
+    /// The contact between a user's finger and a body of this host; `None` where the body has no surface, or the host
+    /// no world.
+    #[must_use]
+    pub fn finger_contact<'a>(
+        &self,
+        state: &'a HostState,
+        user: HostIndex,
+        finger: usize,
+        body: usize,
+    ) -> Option<&'a ContactState> {
+        let nth = self.contacts.surfaces.iter().position(|&surface| surface == body)?;
+        state.contacts.get(self.contacts.finger_slot(user, finger, nth))
+    }
+
     fn of_finger(&self, host: HostIndex) -> &ContactModel {
         if host == self.host { &self.contacts.own } else { &self.contacts.held }
     }

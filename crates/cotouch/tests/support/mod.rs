@@ -45,21 +45,42 @@ pub(crate) struct Probe {
 
 impl Probe {
     pub(crate) fn at_rest(scene: &Scene) -> Self {
+        Self::after(scene, 1.5)
+    }
+
+    /// As [`at_rest`](Self::at_rest), after so many seconds.
+    pub(crate) fn after(scene: &Scene, seconds: f64) -> Self {
         let mut session = VirtualSession::new(scene, |host| {
             Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None)
         });
         let ticks_per_pattern = scene.schedule().ticks_per_pattern();
-        let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
+        let settled = (seconds * scene.rates.control_hz.hz()) as u64;
         let tick = settled.next_multiple_of(ticks_per_pattern);
         assert!(session.run_to_tick(tick, |_, _| {}), "the hosts did not join");
         Self { session, tick, ticks_per_pattern }
     }
 
+    /// The session, to look at and to prepare.
+    pub(crate) fn session_mut(&mut self) -> &mut VirtualSession<SimulatedUser> {
+        &mut self.session
+    }
+
+    /// Runs on by one pattern.
+    pub(crate) fn run_one_pattern(&mut self, observe: impl FnMut(HostIndex, &TickRecord)) {
+        self.tick += self.ticks_per_pattern;
+        self.session.run_to_tick(self.tick, observe);
+    }
+
     /// One column of the map by a central difference.
     pub(crate) fn column(&mut self, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
-        let above = self.run_moved(moved, STEP, coordinates);
-        let below = self.run_moved(moved, -STEP, coordinates);
-        above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * STEP)).collect()
+        self.column_by(STEP, moved, coordinates)
+    }
+
+    /// The same, with the coordinate moved by `step` to either side.
+    pub(crate) fn column_by(&mut self, step: f64, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
+        let above = self.run_moved(moved, step, coordinates);
+        let below = self.run_moved(moved, -step, coordinates);
+        above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * step)).collect()
     }
 
     /// Moves every hand by another share of `by_m`, m: two that moved alike would hide how they swing against each other.
