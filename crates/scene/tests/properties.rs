@@ -81,15 +81,17 @@ fn shape(kind: u8, size_m: DVec3, radius_m: f64) -> Shape {
 fn bodies() -> impl Strategy<Value = Vec<Body>> {
     let body = (0..3u8, [0.0..9.0f64, 0.0..9.0, 0.0..9.0], 0.001..1.0f64, vector(), vector(), any::<bool>());
     prop::collection::vec(body, 1..6).prop_map(|bodies| {
-        let body = |(index, (kind, size, radius_m, position_m, rotation_rad, fixed))| Body {
-            name: char::from(b'a' + index as u8).to_string(),
-            shape: shape(kind, size.into(), radius_m),
-            mass_kg: radius_m,
-            position_m,
-            rotation_rad,
-            fixed: fixed && index > 0,
-        };
-        bodies.into_iter().enumerate().map(body).collect()
+        let numbered = bodies.into_iter().enumerate();
+        numbered
+            .map(|(index, (kind, size, radius_m, position_m, rotation_rad, fixed))| Body {
+                name: char::from(b'a' + index as u8).to_string(),
+                shape: shape(kind, size.into(), radius_m),
+                mass_kg: radius_m,
+                position_m,
+                rotation_rad,
+                fixed: fixed && index > 0,
+            })
+            .collect()
     })
 }
 
@@ -101,7 +103,7 @@ fn with_bodies() -> impl Strategy<Value = Scene> {
     (scene(), bodies(), fingers, planes, words, prop::array::uniform8(0.0..1.0f64)).prop_map(
         |(mut scene, bodies, fingers, planes, words, at)| {
             scene.object.shape = shape(words.1, DVec3::splat(at[0]), at[1] + 0.1);
-            scene.object.axis_damping_n_s_per_m = DVec3::new(at[0], -at[1], at[2]);
+            scene.object.axis_damping_n_s_per_m = DVec3::new(at[0], 1.0 - at[1], at[2]);
             scene.object.rotational_damping_n_m_s_per_rad = at[2] - 0.5;
             (scene.object.position_m, scene.object.rotation_rad) = (DVec3::splat(at[3]), DVec3::Y * at[4]);
             scene.bodies = bodies;
@@ -111,7 +113,7 @@ fn with_bodies() -> impl Strategy<Value = Scene> {
                 if words.2 { VelocityEstimate::Difference } else { VelocityEstimate::Filtered };
             (scene.device.encoder_counts_per_turn, scene.device.inertia) = (4096, words.2);
             scene.device.max_joint_torque_n_m = at[5];
-            scene.gravity_m_per_s2 = DVec3::Z * -9.81 * at[6];
+            scene.gravity_m_per_s2 = DVec3::Z * (at[6] - 9.81);
             scene.hand.finger_radius_m = 0.001 + at[7];
             scene.ground.friction_coefficient = at[0];
             scene.ground.rotational_friction_coefficient = at[1];
