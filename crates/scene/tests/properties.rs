@@ -113,7 +113,7 @@ fn with_bodies() -> impl Strategy<Value = Scene> {
                 if words.2 { VelocityEstimate::Difference } else { VelocityEstimate::Filtered };
             (scene.device.encoder_counts_per_turn, scene.device.inertia) = (4096, words.2);
             scene.device.max_joint_torque_n_m = at[5];
-            scene.gravity_m_per_s2 = DVec3::Z * (at[6] - 9.81);
+            scene.gravity_m_per_s2 = DVec3::new(0.0, at[5], at[6] - 9.81);
             scene.hand.finger_radius_m = 0.001 + at[7];
             scene.ground.friction_coefficient = at[0];
             scene.ground.rotational_friction_coefficient = at[1];
@@ -221,18 +221,18 @@ proptest! {
     fn a_scene_survives_being_written_and_read(scene in scene()) {
         let text = to_toml(&scene);
         let read = parse(&text, "copy.toml", None, &[]).map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
-        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
         prop_assert_eq!(&to_toml(&read), &text);
-        prop_assert_eq!(read, scene);
+        prop_assert_eq!(&read, &scene);
+        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
     }
 
     #[test]
     fn a_scene_of_bodies_survives_being_written_and_read(scene in with_bodies()) {
         let text = to_toml(&scene);
         let read = parse(&text, "copy.toml", None, &[]).map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
-        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
         prop_assert_eq!(&to_toml(&read), &text);
-        prop_assert_eq!(read, scene);
+        prop_assert_eq!(&read, &scene);
+        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
     }
 
     #[test]
