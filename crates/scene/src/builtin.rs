@@ -9,6 +9,9 @@ const SCENES: &[(&str, &str)] = &[
     ("grasp-centralized", include_str!("../scenes/grasp-centralized.toml")),
     ("sinusoid", include_str!("../scenes/sinusoid.toml")),
     ("push-wall", include_str!("../scenes/push-wall.toml")),
+    ("hand-over", include_str!("../scenes/hand-over.toml")),
+    ("stack", include_str!("../scenes/stack.toml")),
+    ("four-hands", include_str!("../scenes/four-hands.toml")),
 ];
 
 /// The names of the built-in scenes.

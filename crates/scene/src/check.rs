@@ -12,7 +12,7 @@ use crate::keys::parts::{
 };
 use crate::keys::scene::{BODY_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 use crate::keys::{Fallback, Key};
-use crate::mesh;
+use crate::mesh::{TriangleMesh, Triangles};
 use crate::scene::{Action, Body, Finger, Scene, Shape, ShapeKind, User, WallPlane, Way};
 use crate::tree::{self, Content, Node, Table};
 use crate::unknown;
@@ -165,13 +165,13 @@ impl Reader {
             }
             _ => PathBuf::from(&shape.mesh),
         };
-        let is_hull = shape.kind == ShapeKind::Hull;
-        match mesh::read_file(&path, shape.mesh_scale, is_hull) {
+        let body = if shape.kind == ShapeKind::Hull { TriangleMesh::hull } else { TriangleMesh::closed };
+        match Triangles::read(&path, shape.mesh_scale).and_then(|triangles| body(&triangles)) {
             Ok(surface) => shape.surface = Some(Arc::new(surface)),
             Err(error) => {
                 self.wrong.push(key.clone());
-                let text = format!("{key} is {}, in which {error}", path.display());
-                self.add(place, Problem::Unreadable(text));
+                let found = format!("\"{}\", and {error}", path.display());
+                self.add(place, Problem::NotAllowed { key, found, allowed: error.allowed() });
             }
         }
         let absolute = std::path::absolute(&path).ok();

@@ -25,6 +25,9 @@
 //! [`to_toml`], [`json_schema`] and the [reference](mod@reference). Values that a scene writes stay when its architecture is
 //! changed by an override; only couplings that it leaves out take Table 6.1 of the thesis for the architecture.
 //!
+//! Bodies have shapes ([`scene::Shape`]) with mass and inertia ([`MassProperties`]); hulls and meshes come from STL, OBJ and
+//! glTF files, which are checked when the scene is read ([`mesh`]).
+//!
 //! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
 //! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`].
 

@@ -351,11 +351,11 @@ pub struct Shape {
     pub radius_m: f64,
     /// Between the centres of a capsule's ends, along its y axis.
     pub length_m: f64,
-    /// File of a hull or mesh: STL, OBJ, glTF (empty for all others).
+    /// File of a hull or mesh: STL, OBJ, glTF; absolute once it was read.
     pub mesh: String,
     /// Metres per unit of the file.
     pub mesh_scale: f64,
-    /// What is in the file, read when the scene was: scaled, with the origin at the centre of mass.
+    /// What is in the file (a hull's own hull), read when the scene was: scaled, with the origin at the centre of mass.
     #[serde(skip)]
     pub surface: Option<std::sync::Arc<crate::mesh::TriangleMesh>>,
 }

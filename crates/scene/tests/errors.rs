@@ -144,6 +144,104 @@ latency_s = 11
 }
 
 #[test]
+fn wrong_bodies_fingers_and_walls() {
+    insta::assert_snapshot!(told(
+        r#"
+space = "volume"
+gravity_m_per_s2 = [0, 0]
+[device]
+kind = "mouse"
+encoder_counts_per_turn = -1
+[object]
+shape = "egg"
+[contact]
+moment_cancellation = 1
+[[body]]
+shape = "ball"
+radius_m = -1
+mas_kg = 1
+[[wall.plane]]
+normal = [0, 0, 1]
+[[wall.plane]]
+point_m = 0
+normal = "up"
+[[user]]
+finger = [{ position_m = [0, 0, 99] }, { positon_m = 0 }, 3]
+script = [
+  { do = "grasp", force_n = 0, duration_s = 1 },
+  { do = "wait-until" },
+  { do = "turn", angle = 1, duration_s = 1 },
+]
+"#,
+        &["body.2.mass_kg=1", "user.1.finger.2.script=7", "body.1.fixed=no"]
+    ));
+}
+
+#[test]
+fn bodies_that_do_not_go_together() {
+    insta::assert_snapshot!(told(
+        r#"
+[device]
+kind = "pantograph"
+[contact]
+static_friction = 0.3
+dynamic_friction = 0.4
+[wall]
+dynamic_friction = 0.7
+[[wall.plane]]
+name = "ball"
+point_m = 0
+normal = 0
+[[body]]
+name = "ball"
+shape = "ball"
+[[body]]
+shape = "capsule"
+radius_m = 0.1
+[[body]]
+shape = "box"
+size_m = [1, 0, 1]
+fixed = true
+[[body]]
+name = "body2"
+[[body]]
+shape = "hull"
+[[user]]
+script = [
+  { do = "grasp", body = "body3", force_n = 1, duration_s = 1 },
+  { do = "grasp", body = "body2", force_n = 1, duration_s = 1 },
+]
+[[user]]
+tracking.stiffness_n_per_m = 1
+finger = [{}, { script = [{ do = "grasp", body = "object", force_n = 1, duration_s = 1 }] }, {}, {}, {}]
+"#,
+        &[]
+    ));
+    let bodies = |count: usize, rest: &str| {
+        told(&format!("{}{rest}", "[[body]]\nshape = \"ball\"\nradius_m = 0.1\n".repeat(count)), &[])
+    };
+    assert_eq!(bodies(8, ""), "fine");
+    assert_eq!(bodies(9, ""), "lab.toml:1: body is a list of 9; it must be a list of at most 8 tables");
+    assert_eq!(bodies(8, "[[user]]\nfinger = [{}, {}]"), "fine");
+    assert_eq!(
+        bodies(8, "[[user]]\nfinger = [{}, {}, {}]"),
+        "lab.toml:26: user.1.finger is a list of 3; it must be a list of at most 2 tables: fingers and bodies that are not \
+         fixed (8) are at most 10"
+    );
+    assert_eq!(
+        told(
+            "[[body]]\nfixed = true\n[[user]]\ntracking.stiffness_n_per_m = 1\nscript = [{ do = \"grasp\", body = \"body1\", force_n = 1, duration_s = 1 }]",
+            &[]
+        ),
+        "lab.toml:5: user.1.script.1.body is \"body1\"; it must be left out, because no body can be moved"
+    );
+    assert_eq!(
+        told("[[wall.plane]]\nname = \"object\"\npoint_m = 0\nnormal = 1", &[]),
+        "lab.toml:2: wall.plane.1.name is \"object\"; it must be another name than that of object"
+    );
+}
+
+#[test]
 fn overrides_are_named_as_written() {
     insta::assert_snapshot!(told(
         "[rates]\nnetwork_hz = 128\n",

@@ -3,7 +3,7 @@
 use std::fs;
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Architecture, Impairment, SpringDamper};
+use cotouch_scene::scene::{Action, Architecture, DeviceKind, Impairment, ShapeKind, Space, SpringDamper};
 use cotouch_scene::{Override, Scene, builtin, link_file, load, parse, scene_hash, to_toml, with_override};
 use glam::DVec3;
 
@@ -60,6 +60,131 @@ fn built_in_scenes_describe_themselves_and_take_any_number_of_users() {
             assert_eq!(load(name, &[set]).unwrap_or_else(|errors| panic!("{errors}")).users.len(), users);
         }
     }
+}
+
+#[test]
+fn the_grasp_is_tables_8_1_and_8_2() {
+    for name in ["grasp", "sinusoid", "push-wall", "grasp-centralized"] {
+        let scene = load(name, &[]).unwrap();
+        assert_eq!(scene.coupling.hand_object, gains(800.0, 3.0), "{name}");
+        assert_eq!(scene.coupling.remote_hand_object, gains(800.0, 3.0), "{name}");
+        assert_eq!(scene.coupling.hand_object_tangential, gains(1200.0, 10.0), "{name}");
+        assert_eq!(scene.coupling.remote_hand_object_tangential, gains(1200.0, 10.0), "{name}");
+        assert_eq!((scene.space, scene.device.kind), (Space::Plane, DeviceKind::Pantograph), "{name}");
+        assert_eq!((scene.hand.mass_kg, scene.hand.damping_n_s_per_m, scene.object.mass_kg), (0.1, 5.0, 0.4));
+        assert_eq!((scene.rates.control_hz.hz(), scene.rates.network_hz.hz()), (1024.0, 128.0));
+        let ground = &scene.ground;
+        assert_eq!((ground.friction_coefficient, ground.rotational_friction_coefficient), (0.05, 0.15));
+        assert_eq!((scene.contact.static_friction, scene.contact.dynamic_friction), (0.6, 0.6));
+        let distributed = scene.session.architecture == Architecture::Distributed;
+        assert_eq!(distributed, name != "grasp-centralized");
+        if distributed {
+            assert_eq!(scene.coupling.object_object, gains(400.0, 8.0), "{name}");
+            let turning = scene.coupling.object_object_rotational;
+            assert_eq!((turning.stiffness_n_m_per_rad, turning.damping_n_m_s_per_rad), (10.0, 0.1));
+        }
+    }
+    let [grasp, central] = ["grasp", "grasp-centralized"].map(|name| load(name, &[]).unwrap());
+    assert_eq!((grasp.users.len(), grasp.users[1].fingers.len(), grasp.walls().len()), (2, 2, 4));
+    assert_eq!(central.users, grasp.users);
+    let wall = load("push-wall", &[]).unwrap().wall;
+    assert_eq!((wall.stiffness_n_per_m, wall.damping_n_s_per_m), (4000.0, 30.0));
+    assert_eq!((wall.tangential_stiffness_n_per_m, wall.tangential_damping_n_s_per_m), (7000.0, 50.0));
+}
+
+/// No finger, body or wall of a built-in scene starts inside another (bodies stand at right angles).
+#[test]
+fn built_in_scenes_start_apart() {
+    for name in builtin::names() {
+        let scene = load(name, &[]).unwrap();
+        let bodies = scene.world_bodies();
+        for body in bodies.iter().filter(|body| body.shape.kind == ShapeKind::Box) {
+            let half = body.shape.size_m / 2.0;
+            for finger in scene.users.iter().flat_map(|user| &user.fingers) {
+                let outside = ((finger.position_m - body.position_m).abs() - half).max(DVec3::ZERO);
+                assert!(outside.length() >= scene.hand.finger_radius_m - 1e-9, "{name}: {}", body.name);
+            }
+            for wall in scene.walls() {
+                let normal = wall.normal.normalize();
+                let reach = normal.abs().dot(half);
+                assert!(
+                    (body.position_m - wall.point_m).dot(normal) >= reach - 1e-9,
+                    "{name}: {}",
+                    body.name
+                );
+            }
+            for other in bodies.iter().filter(|other| other.name != body.name) {
+                let apart = (body.position_m - other.position_m).abs() - half - other.shape.size_m / 2.0;
+                assert!(apart.max_element() >= -1e-9, "{name}: {}, {}", body.name, other.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn bodies_fingers_and_walls_are_read() {
+    let scene = read(
+        r#"
+space = "space"
+gravity_m_per_s2 = [0, 0, -9.81]
+[wall]
+stiffness_n_per_m = 100
+[[wall.plane]]
+point_m = [0, 0, -1]
+normal = [0, 0, 2]
+[[body]]
+shape = "ball"
+radius_m = 0.1
+[[body]]
+name = "post"
+fixed = true
+shape = "capsule"
+radius_m = 0.1
+length_m = 1
+position_m = [0, 1, 0]
+rotation_rad = [1.5, 0, 0]
+[[user]]
+tracking.stiffness_n_per_m = 10
+script = [{ do = "grasp", body = "body1", force_n = 2, duration_s = 3 }, { do = "let-go", duration_s = 1 }]
+[[user.finger]]
+position_m = [0, 0.2, 0]
+[[user.finger]]
+script = [{ do = "wait-until", until_s = 5 }]
+"#,
+    );
+    assert_eq!((scene.space, scene.gravity_m_per_s2), (Space::Space, DVec3::new(0.0, 0.0, -9.81)));
+    let names: Vec<String> = scene.world_bodies().into_iter().map(|body| body.name).collect();
+    assert_eq!(names, ["body1", "post"]);
+    assert!(scene.bodies[1].fixed && !scene.bodies[0].fixed);
+    let walls = scene.walls();
+    assert_eq!((walls.len(), walls[0].name.as_str(), walls[0].normal), (1, "wall1", DVec3::Z * 2.0));
+    assert_eq!(scene.wall.tangential_stiffness_n_per_m, 100.0);
+    let [one, two] = &scene.users[0].fingers[..] else { panic!() };
+    assert_eq!((one.position_m, one.script.len()), (DVec3::Y * 0.2, 0));
+    assert_eq!((two.position_m, &two.script[..]), (DVec3::ZERO, &[Action::WaitUntil { until_s: 5.0 }][..]));
+    let [Action::Grasp { speed_m_per_s, .. }, Action::LetGo { distance_m, .. }] = scene.users[0].script[..]
+    else {
+        panic!()
+    };
+    assert_eq!((speed_m_per_s, distance_m), (0.05, 0.02));
+    // A user without tables takes the first one's, fingers and all.
+    assert_eq!(scene.users[1].fingers, scene.users[0].fingers);
+}
+
+#[test]
+fn what_is_left_out_follows_what_is_written() {
+    let scene = read(
+        "[coupling]\nhand_object.stiffness_n_per_m = 7\n[contact]\nstatic_friction = 0.3\nbody_body.damping_n_s_per_m = 1",
+    );
+    assert_eq!(scene.coupling.hand_object_tangential, gains(7.0, 20.0));
+    assert_eq!(scene.contact.dynamic_friction, 0.3);
+    assert_eq!(scene.contact.body_body_tangential, gains(5000.0, 1.0));
+    assert!(scene.contact.moment_cancellation);
+    let changed = with_override(&scene, "coupling.hand_object.stiffness_n_per_m", 8.0).unwrap();
+    assert_eq!(changed.coupling.hand_object_tangential.stiffness_n_per_m, 8.0);
+    let changed = with_override(&changed, "coupling.hand_object_tangential.stiffness_n_per_m", 9.0).unwrap();
+    let changed = with_override(&changed, "coupling.hand_object.stiffness_n_per_m", 1.0).unwrap();
+    assert_eq!(changed.coupling.hand_object_tangential.stiffness_n_per_m, 9.0);
 }
 
 #[test]
