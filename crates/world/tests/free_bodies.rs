@@ -113,7 +113,9 @@ fn inertia_is_that_of_the_solid() {
         };
         let (mut count, mut sum, steps) = (0.0, DVec3::ZERO, 120);
         let at = |i: i32| (f64::from(i) + 0.5) / f64::from(steps) * 0.12 - 0.06;
-        for (x, y, z) in (0..steps).flat_map(|x| (0..steps).flat_map(move |y| (0..steps).map(move |z| (x, y, z)))) {
+        for (x, y, z) in
+            (0..steps).flat_map(|x| (0..steps).flat_map(move |y| (0..steps).map(move |z| (x, y, z))))
+        {
             let p = DVec3::new(at(x), at(y), at(z));
             if inside(p) {
                 count += 1.0;

@@ -31,7 +31,8 @@ impl Block {
     fn step(&mut self, pull: DVec3) -> ContactForce {
         let (centre, velocity) = self.body.point();
         let sphere = Sphere { centre, velocity, radius_m: 0.01 };
-        let force = touch_plane(&self.model, &mut self.contact, &common::floor(), &sphere).expect("on the floor");
+        let force =
+            touch_plane(&self.model, &mut self.contact, &common::floor(), &sphere).expect("on the floor");
         let stepper = Stepper::new(MASS, T, Integrator::ExactHold, Freedom::Space);
         stepper.step(&mut self.body, &Wrench::force(force.force + pull - DVec3::Y * MASS * G));
         force

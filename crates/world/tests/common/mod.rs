@@ -1,5 +1,5 @@
 //! Shapes, gains and a small world for tests.
-#![allow(dead_code, reason = "each test uses some of it")]
+#![allow(dead_code, unreachable_pub, reason = "each test uses some of it")]
 
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::mesh::TriangleMesh;
@@ -48,8 +48,12 @@ pub fn cuboid(size_m: DVec3) -> Shape {
 }
 
 pub fn hull(vertices: Vec<DVec3>) -> Shape {
-    let mesh =
-        TriangleMesh { vertices, triangles: Vec::new(), volume_m3: 1.0, inertia_per_mass_m2: DMat3::IDENTITY };
+    let mesh = TriangleMesh {
+        vertices,
+        triangles: Vec::new(),
+        volume_m3: 1.0,
+        inertia_per_mass_m2: DMat3::IDENTITY,
+    };
     Shape { surface: Some(std::sync::Arc::new(mesh)), ..shape(ShapeKind::Hull) }
 }
 
@@ -116,7 +120,8 @@ impl World {
                     let mut contact = self.things[a].on_others[b][c];
                     let other = &self.things[b];
                     let frame = (&other.state.pose, &other.state.twist);
-                    if let Some(force) = touch(&self.model, &mut contact, &other.surface, frame, &sphere, 0.0) {
+                    if let Some(force) = touch(&self.model, &mut contact, &other.surface, frame, &sphere, 0.0)
+                    {
                         add(&mut wrenches[a], force.on_sphere(state.pose.position));
                         add(&mut wrenches[b], force.on_surface(other.state.pose.position));
                         self.forces.push(force);
