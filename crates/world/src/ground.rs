@@ -116,6 +116,16 @@ mod tests {
     }
 
     #[test]
+    fn a_body_that_would_stop_within_a_tick_stops_in_it() {
+        let mut body = BodyState::at_rest(DVec3::ZERO);
+        // Friction takes 2.9 mm/s in a tick, and 77 mrad/s.
+        body.twist.linear = DVec3::new(0.0015, -0.002, 0.0);
+        body.twist.angular = DVec3::Z * 0.07;
+        step(&mut body, Wrench::default());
+        assert!(body.twist.linear.length() < 1e-17 && body.twist.angular.length() < 1e-16);
+    }
+
+    #[test]
     fn a_body_that_is_pushed_less_than_friction_holds_does_not_creep() {
         let weight = 0.4 * GRAVITY_M_PER_S2;
         let held =

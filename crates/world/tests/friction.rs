@@ -141,6 +141,15 @@ fn a_finger_that_turns_back_feels_no_jump() {
 }
 
 #[test]
+fn a_finger_that_is_thrown_back_unloads_the_spring_first() {
+    let forces = led(|t| if t < 1.0 { 0.1 } else { -0.1 });
+    // It slid with 0.8 N, of which 0.5 N were the damper's: −0.3 N are the spring's, and the damper turns round.
+    assert!((forces[1023].1 + 0.8).abs() < 1e-12);
+    assert!((forces[1024].1 - (-0.3 - 1500.0 * 0.1 * T + 0.5)).abs() < 1e-9, "{}", forces[1024].1);
+    assert!((forces[1100].1 - 0.8).abs() < 1e-12);
+}
+
+#[test]
 fn a_strong_damper_does_not_carry_the_anchor_ahead() {
     // At 1 m/s the damper alone is 5 N, friction 0.8 N; the finger then stops at once.
     let forces = led(|t| if t < 0.1 { 1.0 } else { 0.0 });

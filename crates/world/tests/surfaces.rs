@@ -184,6 +184,30 @@ fn corners_stand_for_the_body() {
 }
 
 #[test]
+fn a_flat_box_in_a_plane_pushes_in_the_plane() {
+    // Thinner than it is deep in: in space the nearest face would be across z.
+    let surface = Surface::planar(&cuboid(DVec3::new(0.06, 0.05, 0.002)));
+    let probe = fresh(&surface, DVec3::new(0.002, 0.015, 0.0), 0.005).expect("in contact");
+    assert_eq!(probe.normal, DVec3::Y);
+    assert!((surface.bounding_radius_m() - 0.03_f64.hypot(0.025)).abs() < 1e-15);
+    assert!((probe.depth_m - 0.015).abs() < 1e-15);
+}
+
+#[test]
+fn what_is_not_a_number_touches_nothing_and_is_forgotten() {
+    let round = [shape(ShapeKind::Ball), shape(ShapeKind::Capsule)].map(|shape| Surface::new(&shape));
+    for surface in boxes().iter().chain(&round) {
+        let above = DVec3::Y * (surface.bounding_radius_m() + 0.001);
+        for bad in [DVec3::NAN, DVec3::new(0.0, f64::NAN, 0.0), DVec3::splat(f64::INFINITY)] {
+            let found = led(surface, 0.005, [above, bad, DVec3::X * 0.029]);
+            assert_eq!(found[1], None);
+            let (normal, _) = found[2].expect("in contact");
+            assert!((normal - DVec3::X).length() < 1e-9, "{normal}");
+        }
+    }
+}
+
+#[test]
 fn a_hull_with_many_vertices_has_corners_all_over() {
     let at = |i: u32| {
         let (turn, height) = (f64::from(i) * 2.399_963, 1.0 - 2.0 * (f64::from(i) + 0.5) / 500.0);
