@@ -66,7 +66,8 @@ fn sphere_on_a_box(criterion: &mut Criterion) {
                 let force =
                     touch(&MODEL, &mut state, &surface, (&body.pose, &body.twist), black_box(&sphere), 2.0);
                 let force = force.expect("it touches");
-                stepper.step(&mut body, &force.on_surface(body.pose.position));
+                let wrench = force.on_surface(body.pose.position);
+                stepper.step(&mut body, &wrench);
                 body
             });
         });

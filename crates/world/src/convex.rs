@@ -102,7 +102,6 @@ fn held_face(solid: &impl Convex, mut face: u32, centre: DVec3) -> Option<u32> {
         }
         match solid.over(face, centre) {
             Over::Within => return Some(face),
-            Over::Past(neighbour) if solid.height(neighbour, centre) >= 0.0 => return None,
             Over::Past(neighbour) => face = neighbour,
         }
     }

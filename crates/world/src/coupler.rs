@@ -62,3 +62,45 @@ pub fn rotation_vector(rotation: DQuat) -> DVec3 {
     }
     vector * (2.0 * sine.atan2(rotation.w) / sine)
 }
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use super::*;
+
+    #[test]
+    fn the_rotation_vector_is_right_for_every_turn() {
+        let axis = DVec3::new(1.0, -2.0, 0.5).normalize();
+        for angle in [0.0, 1e-300, 1e-12, 1e-7, 0.1, 1.5, 3.0, PI - 1e-9] {
+            let quaternion = DQuat::from_xyzw(
+                axis.x * (0.5 * angle).sin(),
+                axis.y * (0.5 * angle).sin(),
+                axis.z * (0.5 * angle).sin(),
+                (0.5 * angle).cos(),
+            );
+            for quaternion in [quaternion, -quaternion] {
+                let error = (rotation_vector(quaternion) - angle * axis).length();
+                assert!(error <= 4.0 * f64::EPSILON * angle, "{angle}: {error}");
+            }
+        }
+        assert_eq!(rotation_vector(DQuat::IDENTITY), DVec3::ZERO);
+        // Half a turn has two shortest ways; beyond it the other one is shorter.
+        assert!((rotation_vector(DQuat::from_xyzw(1.0, 0.0, 0.0, 0.0)).length() - PI).abs() < 1e-15);
+        let beyond = rotation_vector(DQuat::from_axis_angle(axis, PI + 0.1));
+        assert!((beyond + (PI - 0.1) * axis).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_torque_turns_the_near_end_to_the_far_end() {
+        let spring = RotationalSpringDamper { stiffness_n_m_per_rad: 2.0, damping_n_m_s_per_rad: 0.5 };
+        let near = DQuat::from_scaled_axis(DVec3::new(0.2, 1.0, -0.7));
+        let turned = DVec3::new(0.0, 0.3, -0.4);
+        let far = DQuat::from_scaled_axis(turned) * near;
+        let turn = Turn::between((near, DVec3::X), (far, DVec3::Y));
+        let expected = 2.0 * turned + 0.5 * (DVec3::Y - DVec3::X);
+        assert!((torque(spring, turn) - expected).length() < 1e-14);
+        let back = Turn::between((far, DVec3::Y), (near, DVec3::X));
+        assert!((torque(spring, back) + expected).length() < 1e-14, "the ends feel opposite torques");
+    }
+}

@@ -70,3 +70,102 @@ impl GroundFriction {
 fn limited(vector: DVec3, length: f64) -> DVec3 {
     vector.clamp_length_max(length)
 }
+
+#[cfg(test)]
+mod tests {
+    use cotouch_scene::scene::Integrator;
+    use glam::DMat3;
+
+    use super::*;
+    use crate::rigid::Stepper;
+
+    const T: f64 = 1.0 / 1024.0;
+    const PLANE: Freedom = Freedom::Plane(DVec3::Z);
+
+    fn inertia() -> Inertia {
+        Inertia::new(0.4, DMat3::from_diagonal(DVec3::splat(2.5e-4)))
+    }
+
+    fn friction() -> GroundFriction {
+        let ground = Ground { friction_coefficient: 0.3, rotational_friction_coefficient: 0.2 };
+        GroundFriction::new(&ground, inertia(), T, PLANE)
+    }
+
+    fn step(body: &mut BodyState, pull: Wrench) {
+        let friction = friction().resist(body, &pull);
+        let wrench = Wrench { force: pull.force + friction.force, torque: pull.torque + friction.torque };
+        Stepper::of(inertia(), T, Integrator::ExactHold, PLANE).step(body, &wrench);
+    }
+
+    #[test]
+    fn it_stops_a_sliding_and_turning_body_by_the_closed_form() {
+        let mut body = BodyState::at_rest(DVec3::ZERO);
+        body.twist.linear = DVec3::new(0.3, -0.4, 0.0);
+        body.twist.angular = DVec3::Z * 2.0;
+        for _ in 0..2048 {
+            step(&mut body, Wrench::default());
+        }
+        let path = 0.5 * 0.5 / (2.0 * 0.3 * GRAVITY_M_PER_S2);
+        assert!((body.pose.position.length() - path).abs() < 1e-6);
+        assert!((body.pose.position.normalize() - DVec3::new(0.6, -0.8, 0.0)).length() < 1e-12);
+        // τ/I = μ_r·g/ρ with the radius of gyration ρ = √(I/m) = 25 mm.
+        let angle = 2.0 * 2.0 / (2.0 * 0.2 * GRAVITY_M_PER_S2 / 0.025);
+        let turned = crate::coupler::rotation_vector(body.pose.orientation).z;
+        assert!((turned - angle).abs() < 1e-4 * angle + 1e-4, "{turned}, {angle}");
+        assert!(body.twist.linear.length() < 1e-15 && body.twist.angular.length() < 1e-14);
+    }
+
+    #[test]
+    fn a_body_that_would_stop_within_a_tick_stops_in_it() {
+        let mut body = BodyState::at_rest(DVec3::ZERO);
+        // Friction takes 2.9 mm/s in a tick, and 77 mrad/s.
+        body.twist.linear = DVec3::new(0.0015, -0.002, 0.0);
+        body.twist.angular = DVec3::Z * 0.07;
+        step(&mut body, Wrench::default());
+        assert!(body.twist.linear.length() < 1e-17 && body.twist.angular.length() < 1e-16);
+    }
+
+    #[test]
+    fn a_body_that_is_pushed_less_than_friction_holds_does_not_creep() {
+        let weight = 0.4 * GRAVITY_M_PER_S2;
+        let held =
+            Wrench { force: DVec3::new(0.2, 0.22, 0.0) * weight, torque: DVec3::Z * 0.19 * weight * 0.025 };
+        let mut body = BodyState::at_rest(DVec3::X);
+        for _ in 0..1_000_000 {
+            step(&mut body, held);
+        }
+        assert_eq!(body, BodyState::at_rest(DVec3::X));
+        step(&mut body, Wrench { force: held.force * 1.02, torque: held.torque * 1.06 });
+        assert!(body.twist.linear.length() > 0.0 && body.twist.angular.z > 0.0);
+    }
+
+    #[test]
+    fn it_takes_energy_and_never_gives() {
+        let mut body = BodyState::at_rest(DVec3::ZERO);
+        body.twist.linear = DVec3::new(0.2, 0.1, 0.0);
+        body.twist.angular = DVec3::Z * -3.0;
+        let stepper = Stepper::of(inertia(), T, Integrator::ExactHold, PLANE);
+        for tick in 0..5000 {
+            let phase = 0.37 * f64::from(tick);
+            let force = DVec3::new(2.0 * phase.sin(), 3.0 * (1.7 * phase).cos(), 0.0);
+            let pull = Wrench { force, torque: DVec3::Z * 0.02 * (0.9 * phase).sin() };
+            let mut without = body;
+            stepper.step(&mut without, &pull);
+            step(&mut body, pull);
+            let (with, without) = (inertia().kinetic_energy_j(&body), inertia().kinetic_energy_j(&without));
+            assert!(with <= without * (1.0 + 1e-12), "tick {tick}");
+        }
+    }
+
+    #[test]
+    fn there_is_no_ground_on_a_line_or_in_space() {
+        let ground = Ground { friction_coefficient: 0.3, rotational_friction_coefficient: 0.2 };
+        let mut body = BodyState::at_rest(DVec3::ZERO);
+        body.twist.linear = DVec3::X;
+        for freedom in [Freedom::Line(DVec3::X), Freedom::Space] {
+            let friction = GroundFriction::new(&ground, inertia(), T, freedom);
+            assert!(!friction.exists());
+            assert_eq!(friction.resist(&body, &Wrench::force(DVec3::X)), Wrench::default());
+        }
+    }
+}

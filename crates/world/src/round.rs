@@ -4,6 +4,9 @@ use glam::DVec3;
 
 use crate::shape::{Probe, ProxyState};
 
+/// So near to the axis, as a share of the radius, the side from which the centre came answers.
+const CORE: f64 = 0.25;
+
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
     /// m.
@@ -18,8 +21,8 @@ impl Round {
         point - DVec3::Y * point.y.clamp(-self.half_length, self.half_length)
     }
 
-    /// Where a sphere of `radius` about `centre` is. Were the centre pushed past the axis, the normal would turn
-    /// round; then the side from which it came answers until the centre is back or out at the side.
+    /// Where a sphere of `radius` about `centre` is. Close to the axis the direction away from it would turn round; there
+    /// the side from which the centre came answers, until the centre is back or out at the side.
     pub(crate) fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
         let away = self.beside_axis(centre);
         let known = proxy.seen.then(|| self.beside_axis(proxy.point).try_normalize()).flatten();
@@ -30,18 +33,21 @@ impl Round {
             return Some(Probe { normal: side, depth_m: radius + self.radius - height, point });
         }
         let distance = away.length();
-        let normal = if distance > 0.0 { away / distance } else { known.unwrap_or(DVec3::X) };
-        if distance > 0.0 {
+        let normal = if distance > 0.0 { away / distance } else { DVec3::X };
+        if distance >= CORE * self.radius {
             *proxy = ProxyState { seen: true, face: None, point: centre };
         }
         let point = centre + (self.radius - distance) * normal;
         Some(Probe { normal, depth_m: radius + self.radius - distance, point })
     }
 
-    /// Whether a centre that was last on `side` of the axis is past it, having gone through the solid.
+    /// Whether a centre that was last on `side` of the axis is near the axis, or past it and came there through the solid.
     fn holds(&self, proxy: &ProxyState, side: DVec3, centre: DVec3) -> bool {
         let away = self.beside_axis(centre);
         let height = away.dot(side);
+        if away.length() < CORE * self.radius {
+            return true;
+        }
         if height >= 0.0 {
             return false;
         }

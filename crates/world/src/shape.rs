@@ -25,6 +25,9 @@ const CORNER_RADIUS_OF_BOX: f64 = 0.1;
 /// The radius of a hull's corners, as a share of its bounding radius.
 const CORNER_RADIUS_OF_HULL: f64 = 0.05;
 
+/// Half of the length of a box in a plane, as a share of its longer edge's half.
+const PRISM: f64 = 10.0;
+
 /// Spheres that stand for a body.
 pub type Corners = ArrayVec<Corner, MAX_CORNERS>;
 
@@ -119,15 +122,21 @@ impl Surface {
         Self { solid, corners, bounding_radius_m }
     }
 
-    /// Of a body that stays in the plane across its own z axis: like [`Surface::new`], but each corner lies in that
-    /// plane, and those that fall together there are one.
+    /// Of a body that stays in the plane across its own z axis, and is touched in that plane only: like
+    /// [`Surface::new`], but a box has no faces across z, each corner lies in the plane, and those that fall together
+    /// there are one.
     #[must_use]
     pub fn planar(shape: &Shape) -> Self {
         let mut surface = Self::new(shape);
-        surface.corners = match &surface.solid {
-            Solid::Box(cuboid) => planar_box_corners(cuboid.half),
-            _ => flattened(&surface.corners),
-        };
+        if let Solid::Box(cuboid) = &mut surface.solid {
+            let flat = DVec3::new(cuboid.half.x, cuboid.half.y, 0.0);
+            surface.bounding_radius_m = flat.length();
+            surface.corners = planar_box_corners(flat);
+            // A prism so long that its ends are never the nearest face.
+            cuboid.half.z = PRISM * flat.max_element();
+        } else {
+            surface.corners = flattened(&surface.corners);
+        }
         surface
     }
 
