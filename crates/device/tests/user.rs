@@ -245,10 +245,12 @@ fn in_space_every_axis_is_the_line() {
     let mut scene = scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false);
     scene.space = Space::Space;
     let mut free = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
-    let mut lines: Vec<SimulatedUser> = to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
+    let mut lines: Vec<SimulatedUser> =
+        to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
     let forces = DVec3::new(1.0, -2.0, 0.5);
     for tick in 0..500 {
-        let along: Vec<f64> = lines.iter_mut().map(|line| line.read(tick).unwrap()[0].pose.position.x).collect();
+        let along: Vec<f64> =
+            lines.iter_mut().map(|line| line.read(tick).unwrap()[0].pose.position.x).collect();
         assert_eq!(free.read(tick).unwrap()[0].pose.position, DVec3::from_slice(&along));
         for (line, force) in lines.iter_mut().zip(forces.to_array()) {
             line.write(&[Wrench::force(DVec3::X * force)]).unwrap();

@@ -11,13 +11,13 @@ use cotouch_scene::scene::{
 use glam::DVec3;
 
 /// A free arm.
-pub const ARM: Hand =
+pub(crate) const ARM: Hand =
     Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0, finger_radius_m: 0.0 };
 /// How firmly targets are tracked.
-pub const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
+pub(crate) const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
 
 /// A point with a perfect sensor.
-pub const POINT: DeviceSpec = DeviceSpec {
+pub(crate) const POINT: DeviceSpec = DeviceSpec {
     kind: DeviceKind::Point,
     encoder_counts_per_turn: 0,
     velocity: VelocityEstimate::Exact,
@@ -27,7 +27,7 @@ pub const POINT: DeviceSpec = DeviceSpec {
 };
 
 /// A scene on a line at 1 kHz, whose first user has fingers at `starts` and does `actions`.
-pub fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
+pub(crate) fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
     let mut scene = cotouch_scene::load("single-axis", &[]).unwrap();
     scene.rates.control_hz = "1000".parse().unwrap();
     scene.session.seed = 7;
@@ -41,7 +41,7 @@ pub fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
 }
 
 /// The same in `space`, with a box of edges `size_m` about the origin, called `box`.
-pub fn scene_with_box(space: Space, actions: &[Action], starts: &[DVec3], size_m: DVec3) -> Scene {
+pub(crate) fn scene_with_box(space: Space, actions: &[Action], starts: &[DVec3], size_m: DVec3) -> Scene {
     let mut scene = scene_of(actions, starts);
     scene.space = space;
     let mut shape = scene.object.shape.clone();
@@ -58,7 +58,7 @@ pub fn scene_with_box(space: Space, actions: &[Action], starts: &[DVec3], size_m
 }
 
 /// One tick of a user who sees `bodies` and feels what `wrenches` makes of where the fingers are.
-pub fn tick(
+pub(crate) fn tick(
     user: &mut SimulatedUser,
     tick: u64,
     bodies: &[Pose],
