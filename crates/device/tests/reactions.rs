@@ -27,10 +27,12 @@ fn user(scene: &Scene) -> SimulatedUser {
     SimulatedUser::of_scene(scene, HostIndex::FIRST).unwrap()
 }
 
-/// A stiff box that does not move, pressed on across x.
-fn pressed(reading: &Reading, pose: &Pose) -> Wrench {
-    let (at, speed) =
-        (pose.to_local(reading.pose.position), pose.orientation.conjugate() * reading.twist.linear);
+/// A stiff box that moves at `velocity`, pressed on across x.
+fn pressed(reading: &Reading, pose: &Pose, velocity: DVec3) -> Wrench {
+    let (at, speed) = (
+        pose.to_local(reading.pose.position),
+        pose.orientation.conjugate() * (reading.twist.linear - velocity),
+    );
     let depth = 0.5 * SIZE.x - at.x.abs();
     if depth <= 0.0 || at.y.abs() > 0.5 * SIZE.y {
         return Wrench::default();
@@ -41,7 +43,7 @@ fn pressed(reading: &Reading, pose: &Pose) -> Wrench {
 }
 
 fn on_box(readings: &Readings, pose: &Pose) -> Wrenches {
-    readings.iter().map(|reading| pressed(reading, pose)).collect()
+    readings.iter().map(|reading| pressed(reading, pose, DVec3::ZERO)).collect()
 }
 
 fn action(user: &SimulatedUser) -> usize {
@@ -124,17 +126,21 @@ fn what_is_carried_and_turned_keeps_its_grip_and_letting_go_opens_across_the_fac
     let starts = [DVec3::new(-0.1, 0.0, 0.0), DVec3::new(0.1, 0.0, 0.0)];
     let mut user = user(&scene_with_box(Space::Plane, &actions, &starts, SIZE));
     let mut pose = Pose::default();
-    let mut most_apart: f64 = 0.0;
+    let (mut most_apart, mut velocity): (f64, DVec3) = (0.0, DVec3::ZERO);
     for k in 0..7000 {
+        velocity = DVec3::ZERO;
         if (1..=4).contains(&action(&user)) {
             // The box is where the fingers are: between them, turned as they are.
             let [a, b] = [0, 1].map(|finger| user.states()[finger].position);
             let pressed = user.states().iter().map(|state| state.held_force.length());
             pressed.for_each(|force| most_apart = most_apart.max((force - 2.0).abs()));
+            velocity = 0.5 * (user.states()[0].velocity + user.states()[1].velocity);
             pose.position = 0.5 * (a + b);
             pose.orientation = DQuat::from_rotation_z((b - a).y.atan2((b - a).x));
         }
-        tick(&mut user, k, &[pose], |readings| on_box(readings, &pose));
+        tick(&mut user, k, &[pose], |readings| {
+            readings.iter().map(|reading| pressed(reading, &pose, velocity)).collect()
+        });
     }
     assert!(most_apart < 0.5, "the grip changed by {most_apart} N");
     let angle = 2.0 * pose.orientation.z.asin();
