@@ -126,14 +126,19 @@ fn what_is_carried_and_turned_keeps_its_grip_and_letting_go_opens_across_the_fac
     let starts = [DVec3::new(-0.1, 0.0, 0.0), DVec3::new(0.1, 0.0, 0.0)];
     let mut user = user(&scene_with_box(Space::Plane, &actions, &starts, SIZE));
     let mut pose = Pose::default();
-    let (mut most_apart, mut velocity): (f64, DVec3) = (0.0, DVec3::ZERO);
+    let (mut most_apart, mut changed_when_settled): (f64, f64) = (0.0, 0.0);
     for k in 0..7000 {
-        velocity = DVec3::ZERO;
+        let mut velocity = DVec3::ZERO;
         if (1..=4).contains(&action(&user)) {
             // The box is where the fingers are: between them, turned as they are.
             let [a, b] = [0, 1].map(|finger| user.states()[finger].position);
             let pressed = user.states().iter().map(|state| state.held_force.length());
-            pressed.for_each(|force| most_apart = most_apart.max((force - 2.0).abs()));
+            for force in pressed {
+                most_apart = most_apart.max((force - 2.0).abs());
+                if action(&user) > 1 {
+                    changed_when_settled = changed_when_settled.max((force - 2.0).abs());
+                }
+            }
             velocity = 0.5 * (user.states()[0].velocity + user.states()[1].velocity);
             pose.position = 0.5 * (a + b);
             pose.orientation = DQuat::from_rotation_z((b - a).y.atan2((b - a).x));
@@ -142,7 +147,9 @@ fn what_is_carried_and_turned_keeps_its_grip_and_letting_go_opens_across_the_fac
             readings.iter().map(|reading| pressed(reading, &pose, velocity)).collect()
         });
     }
-    assert!(most_apart < 0.5, "the grip changed by {most_apart} N");
+    // Fingers of 0.25 kg that run into 2000 N/m at 0.1 m/s press by up to 2.2 N more for a moment.
+    assert!(most_apart < 1.2, "the grip changed by {most_apart} N");
+    assert!(changed_when_settled < 0.1, "the grip changed by {changed_when_settled} N");
     let angle = 2.0 * pose.orientation.z.asin();
     assert!((angle - 0.5).abs() < 0.01, "turned by {angle}");
     assert!((pose.position - DVec3::new(-0.01, 0.0, 0.0)).length() < 1e-3, "{}", pose.position);
