@@ -141,6 +141,13 @@ impl FingerModel {
         self.device.as_ref()
     }
 
+    /// The force that the device renders everywhere and in every direction, N.
+    #[must_use]
+    pub fn everywhere_n(&self) -> f64 {
+        let lever_m = self.device.as_ref().map_or(0.0, |placed| placed.mechanism.longest_lever_m());
+        if lever_m > 0.0 { self.max_joint_torque_n_m / lever_m } else { f64::INFINITY }
+    }
+
     /// The state of a finger that is at rest, and was, at `position` (m).
     #[must_use]
     pub fn at_rest(&self, position: DVec3) -> FingerState {

@@ -17,7 +17,8 @@
 //! - `grasp`: a straight path towards the body's side, whose speed rises within [`TRANSITION_S`]; once the finger feels
 //!   enough of the body, a transition to the point at which it keeps pressing so;
 //! - `carry`, `carry-to`, `lift`: minimum-jerk paths, the same for all fingers; `turn`: all targets turn about one
-//!   centre by a minimum-jerk angle; the distances from target to finger, which are the grip, stay;
+//!   centre by a minimum-jerk angle; the distances from target to finger, which are the grip, stay. Such actions leave
+//!   the transition of a finger that is still coming to rest as it is;
 //! - `let-go`: a minimum-jerk path back from where the finger is;
 //! - all others: the last point; a target in motion comes to rest there in the same way.
 //!
@@ -48,6 +49,9 @@ pub(crate) use grip::free_axes;
 /// Seconds in which a target moves over to a new path, a finger gains its closing speed and a push fades in or out
 /// (about a person's reaction time).
 pub const TRANSITION_S: f64 = 0.2;
+
+/// The shortest time in which a closing finger that presses comes to rest, s.
+pub const SHORTEST_STOP_S: f64 = 0.05;
 
 /// Time constant with which a user judges a load, s.
 pub const LOAD_TIME_S: f64 = 0.05;
@@ -107,9 +111,11 @@ pub struct ScriptState {
 pub struct FingerPath {
     /// The fixed point of the present path, m.
     pub anchor: DVec3,
+    /// By how much a `carry`, `carry-to`, `lift` or `let-go` moves it in all, m.
+    pub shift: DVec3,
     /// From the last path to the present one.
     pub transition: Transition,
-    /// When in the action the transition began, s.
+    /// When the transition began, s after the action; negative for one that an action before left unfinished.
     pub transition_began_s: f64,
     /// Whether the finger is on its way to a body that it is to grasp.
     pub closing: bool,

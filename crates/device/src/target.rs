@@ -44,6 +44,15 @@ impl Target {
         }
     }
 
+    /// `begin`, moved by a share of `shift` (m).
+    pub(crate) fn shifted(begin: DVec3, shift: DVec3, progress: Progress) -> Self {
+        Self {
+            position: begin + shift * progress.way,
+            velocity: shift * progress.rate_per_s,
+            acceleration: shift * progress.change_per_s2,
+        }
+    }
+
     /// `begin`, turned about the z axis through `centre` by a share of `angle_rad`.
     pub(crate) fn turned(begin: DVec3, centre: DVec3, angle_rad: f64, progress: Progress) -> Self {
         let (sine, cosine) = (angle_rad * progress.way).sin_cos();

@@ -129,6 +129,7 @@ impl UserModel {
 pub struct SimulatedUser {
     name: String,
     model: UserModel,
+    limits: DeviceLimits,
     state: UserState,
     /// At the state, in the scene's world.
     readings: Readings,
@@ -157,7 +158,9 @@ impl SimulatedUser {
         let state = model.at_rest(0, &starts, &seen);
         let readings = model.readings(&state);
         let name = scene.users[host.index()].name.clone();
-        Ok(Self { name, model, state, readings, seen, moved: DVec3::ZERO })
+        let forces = model.fingers.iter().map(FingerModel::everywhere_n);
+        let limits = DeviceLimits { max_force_n: forces.fold(f64::INFINITY, f64::min), max_torque_n_m: 0.0 };
+        Ok(Self { name, model, limits, state, readings, seen, moved: DVec3::ZERO })
     }
 
     /// The constants.
@@ -214,10 +217,10 @@ impl Device for SimulatedUser {
         self.model.fingers.len()
     }
 
-    /// Points without limits of their own: what torques allow depends on where the finger is, and the device itself
-    /// sees to it.
+    /// No torque, and as much force as the motors render everywhere and in every direction: within it the device's own
+    /// limit, which depends on where a finger is, never acts.
     fn limits(&self) -> DeviceLimits {
-        DeviceLimits::POINT
+        self.limits
     }
 
     fn start(&mut self, tick: u64) {

@@ -1,20 +1,22 @@
-//! A haptic tick of hand, governor and port allocates nothing.
+//! A haptic tick of user, governors and ports allocates nothing.
 #![allow(unsafe_code, reason = "a global allocator that counts")]
+
+mod support;
 
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::hint::black_box;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use cotouch_device::acted::LimitWatch;
-use cotouch_device::device::Device;
+use cotouch_device::device::{Device, WorldView};
 use cotouch_device::energy::PortEnergy;
 use cotouch_device::governor::{Governor, GovernorInput};
-use cotouch_device::hand::{Freedom, HandModel, SimulatedHand};
-use cotouch_device::script::Script;
-use cotouch_scene::geometry::Wrench;
+use cotouch_device::user::SimulatedUser;
+use cotouch_scene::geometry::{Pose, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, GovernorLimits, Hand, SpringDamper, User};
+use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, GovernorLimits, Space, VelocityEstimate};
 use glam::DVec3;
+use support::{POINT, scene_with_box};
 
 struct Counting;
 
@@ -51,12 +53,29 @@ fn a_tick_allocates_nothing() {
         Action::SinusoidalForce { amplitude_n: amplitude, frequency_hz: 2.0, phase_rad: 0.0, duration_s },
         Action::Tremor { rms_n: amplitude, duration_s },
         Action::PushAndLetGo { force_n: amplitude, push_s: 0.1, duration_s },
+        Action::Grasp { body: "box".into(), force_n: 0.2, speed_m_per_s: 0.2, duration_s },
+        Action::Carry { by_m: amplitude, duration_s },
+        Action::CarryTo { to_m: amplitude, duration_s },
+        Action::Turn { angle_rad: 0.3, duration_s },
+        Action::Push { force_n: amplitude, duration_s },
+        Action::Lift { height_m: 0.01, duration_s },
+        Action::HandOver { duration_s },
+        Action::LetGo { distance_m: 0.02, duration_s },
+        Action::WaitUntil { until_s: 4.0 },
     ];
-    let tracking = SpringDamper { stiffness_n_per_m: 400.0, damping_n_s_per_m: 10.0 };
-    let user = User { name: "ada".into(), tracking, script, repeat: true };
-    let arm = Hand { mass_kg: 0.3, damping_n_s_per_m: 2.0, stiffness_n_per_m: 0.0 };
-    let model = HandModel::new(&arm, Freedom::Space, Script::new(&user, 1, HostIndex(0), control)).unwrap();
-    let mut hand = SimulatedHand::new("ada", model, DVec3::ZERO);
+    let starts = [DVec3::X * -0.05, DVec3::X * 0.05, DVec3::Y * 0.05];
+    let mut scene = scene_with_box(Space::Plane, &script, &starts, DVec3::splat(0.05));
+    scene.users[0].repeat = true;
+    scene.users[0].fingers[2].script = script[5..7].to_vec();
+    scene.device = DeviceSpec {
+        kind: DeviceKind::Pantograph,
+        encoder_counts_per_turn: 20_000,
+        velocity: VelocityEstimate::Filtered,
+        max_joint_torque_n_m: 0.3,
+        inertia: true,
+        ..POINT
+    };
+    let mut user = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
     let limits = GovernorLimits {
         max_force_n: 8.0,
         max_slew_n_per_s: 100.0,
@@ -65,21 +84,27 @@ fn a_tick_allocates_nothing() {
         release_s: 0.1,
         damping_n_s_per_m: 1.0,
     };
-    let governor = Governor::new(&limits, hand.limits(), control);
-    let (mut state, mut port, mut watch) = (governor.start(), PortEnergy::default(), LimitWatch::default());
+    let governor = Governor::new(&limits, user.limits(), control);
+    let mut states = [governor.start(), governor.start(), governor.start()];
+    let (mut port, mut watch) = (PortEnergy::default(), LimitWatch::default());
 
     let before = ALLOCATIONS.load(Ordering::Relaxed);
-    for tick in (0..6000).filter(|tick| tick % 100 != 17) {
-        let reading = hand.read(tick).unwrap();
-        let requested = Wrench::force(reading.pose.position * -5000.0);
-        let input =
-            GovernorInput { stop: tick > 4000 && tick < 4500, ..GovernorInput::healthy(requested, reading) };
-        let output = governor.govern(&mut state, &input);
-        port.observe(&reading, output.commanded);
-        watch.observe(output.acted);
-        hand.write(output.commanded).unwrap();
+    for tick in (0..9000).filter(|tick| tick % 100 != 17) {
+        let readings = user.read(tick).unwrap();
+        user.observe(&WorldView { bodies: &[Pose::default()] });
+        let mut wrenches = Wrenches::new();
+        for (reading, state) in readings.iter().zip(&mut states) {
+            let requested = Wrench::force(reading.pose.position * -50.0);
+            let stop = tick > 4000 && tick < 4500;
+            let output = governor
+                .govern(state, &GovernorInput { stop, ..GovernorInput::healthy(requested, *reading) });
+            port.observe(reading, output.commanded);
+            watch.observe(output.acted);
+            wrenches.push(output.commanded);
+        }
+        user.write(&wrenches).unwrap();
     }
     let allocations = ALLOCATIONS.load(Ordering::Relaxed) - before;
-    black_box((&state, &port, &watch));
+    black_box((&states, &port, &watch));
     assert_eq!(allocations, 0);
 }

@@ -118,6 +118,30 @@ impl Mechanism {
         Some(self.jacobian(joints)?.transpose() * force)
     }
 
+    /// The longest lever of a joint anywhere in the workspace, m: motors of torque τ render a force of at least τ divided
+    /// by it in every direction, everywhere (found on a grid of 17 places along each axis).
+    #[must_use]
+    pub fn longest_lever_m(&self) -> f64 {
+        const HALF: i32 = 8;
+        let Workspace { centre, half_size } = self.workspace();
+        let steps = |size: f64| if size > 0.0 { -HALF..=HALF } else { 0..=0 };
+        let share = |step: i32| f64::from(step) / f64::from(HALF);
+        let mut longest: f64 = 0.0;
+        for x in steps(half_size.x) {
+            for y in steps(half_size.y) {
+                for z in steps(half_size.z) {
+                    let place = centre + half_size * DVec3::new(share(x), share(y), share(z));
+                    let jacobian = self.joints_at(place).and_then(|joints| self.jacobian(joints));
+                    let Some(jacobian) = jacobian else { return f64::INFINITY };
+                    for joint in 0..self.joints() {
+                        longest = longest.max(jacobian.col(joint).length());
+                    }
+                }
+            }
+        }
+        longest
+    }
+
     /// The force (N) that joint torques (N·m) render: f = J⁻ᵀ·τ; none where the mechanism is singular.
     #[must_use]
     pub fn force(&self, joints: DVec3, torques: DVec3) -> Option<DVec3> {

@@ -4,7 +4,7 @@ use cotouch_scene::geometry::Pose;
 use cotouch_scene::scene::{Action, Shape, ShapeKind, Space};
 use glam::{BVec3, DVec3};
 
-use super::{FingerPath, Script, ScriptState, TRANSITION_S, Touch};
+use super::{FingerPath, SHORTEST_STOP_S, Script, ScriptState, TRANSITION_S, Touch};
 use crate::target::{Target, Transition};
 
 /// How fingers go at a body.
@@ -90,11 +90,19 @@ impl Script {
             let ahead_m = (force_n + arm_n) / self.tracking.stiffness_n_per_m;
             let there_m = (touch.position - target.position).dot(approach);
             let way = if ahead_m.is_finite() { ahead_m + there_m } else { 0.0 };
+            // Longer than twice way over speed, and it would overshoot.
+            let unhurried_s = 2.0 * way / target.velocity.dot(approach);
             let path = &mut state.fingers[finger];
             path.anchor = target.position + approach * way;
             path.closing = false;
-            path.transition =
-                Transition { from: target.minus(Target::at(path.anchor)), duration_s: TRANSITION_S };
+            path.transition = Transition {
+                from: target.minus(Target::at(path.anchor)),
+                duration_s: if unhurried_s < TRANSITION_S {
+                    unhurried_s.max(SHORTEST_STOP_S)
+                } else {
+                    TRANSITION_S
+                },
+            };
             path.transition_began_s = elapsed_s;
         }
     }
@@ -113,8 +121,8 @@ impl Script {
         path.grip = pose.orientation.conjugate() * path.approach;
     }
 
-    /// Where a finger's target is to be so that the finger is `distance_m` back from where it is, m.
-    pub(super) fn opened(
+    /// By how much a finger's target is to move so that the finger gets `distance_m` back from where it is, m.
+    pub(super) fn opening(
         &self,
         state: &ScriptState,
         path: &FingerPath,
@@ -124,7 +132,7 @@ impl Script {
     ) -> DVec3 {
         let pose = state.body.and_then(|index| bodies.get(index));
         let approach = pose.map_or(path.approach, |pose| pose.orientation * path.grip);
-        path.anchor + approach * ((touch.position - path.anchor).dot(approach) - distance_m)
+        approach * ((touch.position - path.anchor).dot(approach) - distance_m)
     }
 
     /// The centre of what is held, m: that of the body that was grasped last, or else of the fingers.

@@ -31,9 +31,9 @@ impl Script {
         state.centre = self.centre(state, touches, bodies);
         let together = self.displacement(before, state, touches, elapsed_s);
         for (finger, touch) in touches.iter().enumerate().take(before.fingers.len()) {
-            let target = self.target(before, finger, elapsed_s);
             let from = self.begin_at(before, state, finger, elapsed_s, touch);
-            let mut path = FingerPath { anchor: from, closing: false, ..before.fingers[finger] };
+            let mut path =
+                FingerPath { anchor: from, shift: DVec3::ZERO, closing: false, ..before.fingers[finger] };
             let mut transition_s = TRANSITION_S;
             match action {
                 Some(&Action::Reach { to_m, .. }) => {
@@ -41,22 +41,25 @@ impl Script {
                     transition_s = duration_s;
                 }
                 Some(Action::Carry { .. } | Action::CarryTo { .. } | Action::Lift { .. }) => {
-                    path.anchor = from + together;
-                    transition_s = duration_s;
+                    path.shift = together;
                 }
                 Some(&Action::LetGo { distance_m, .. }) => {
-                    path.anchor = self.opened(state, &path, touch, bodies, distance_m);
-                    transition_s = duration_s;
+                    path.shift = self.opening(state, &path, touch, bodies, distance_m);
                 }
                 Some(Action::Grasp { .. }) => self.close(state.body, &mut path, touch, bodies),
                 _ => {}
             }
-            path.transition = Transition::default();
-            path.transition_began_s = 0.0;
             state.fingers[finger] = path;
-            let offset = target.minus(self.target(state, finger, 0.0));
-            state.fingers[finger].transition =
-                Transition { from: offset, duration_s: transition_s.min(duration_s) };
+            let (last, begin) = (self.path(before, finger, elapsed_s), self.path(state, finger, 0.0));
+            let path = &mut state.fingers[finger];
+            if self.action(before.action).is_some_and(grips) && last == begin {
+                // What is held stays held as it was going to be.
+                path.transition_began_s -= elapsed_s;
+            } else {
+                let from = self.target(before, finger, elapsed_s).minus(begin);
+                path.transition = Transition { from, duration_s: transition_s.min(duration_s) };
+                path.transition_began_s = 0.0;
+            }
         }
     }
 
@@ -113,7 +116,7 @@ impl Script {
 
     /// The same without the transition.
     fn path(&self, state: &ScriptState, finger: usize, elapsed_s: f64) -> Target {
-        let FingerPath { anchor, closing, approach, .. } = state.fingers[finger];
+        let FingerPath { anchor, shift, closing, approach, .. } = state.fingers[finger];
         match self.action(state.action) {
             Some(&Action::Sinusoid { amplitude_m, frequency_hz, phase_rad, .. }) => {
                 let rate = TAU * frequency_hz;
@@ -122,6 +125,12 @@ impl Script {
             Some(&Action::Grasp { speed_m_per_s, .. }) if closing => {
                 Target::setting_off(anchor, approach * speed_m_per_s, elapsed_s, TRANSITION_S)
             }
+            Some(
+                &(Action::Carry { duration_s, .. }
+                | Action::CarryTo { duration_s, .. }
+                | Action::Lift { duration_s, .. }
+                | Action::LetGo { duration_s, .. }),
+            ) => Target::shifted(anchor, shift, Progress::of_least_jerk(elapsed_s, duration_s)),
             Some(&Action::Turn { angle_rad, duration_s }) => {
                 let progress = Progress::of_least_jerk(elapsed_s, duration_s);
                 Target::turned(anchor, state.centre, angle_rad, progress)

@@ -1,39 +1,40 @@
-//! Simulated hands and scripts against closed forms.
+//! Simulated users of one finger on a line, and their scripts, against closed forms.
+
+mod support;
 
 use std::f64::consts::TAU;
 
 use cotouch_device::device::{Device, DeviceError};
-use cotouch_device::hand::{Freedom, HandError, HandModel, MOST_TICKS_AHEAD, SimulatedHand};
-use cotouch_device::script::Script;
+use cotouch_device::plant::Plant;
+use cotouch_device::script::{Script, Touch};
+use cotouch_device::user::{MOST_TICKS_AHEAD, SimulatedUser};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Hand, SpringDamper, User};
-use cotouch_scene::time::Rate;
+use cotouch_scene::scene::{Action, Hand, Scene, Space};
 use glam::DVec3;
+use support::{ARM, TRACKING, scene_of};
 
-const ARM: Hand = Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
-const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
-
-fn control() -> Rate {
-    "1000".parse().unwrap()
+fn scene(arm: &Hand, actions: &[Action], repeat: bool) -> Scene {
+    let mut scene = scene_of(actions, &[DVec3::ZERO]);
+    scene.hand = arm.clone();
+    scene.users[0].repeat = repeat;
+    scene
 }
 
 fn script(actions: &[Action], repeat: bool) -> Script {
-    let user = User { name: "ada".into(), tracking: TRACKING, script: actions.to_vec(), repeat };
-    Script::new(&user, 7, HostIndex(0), control())
+    Script::of_scene(&scene(&ARM, actions, repeat), HostIndex::FIRST, None)
 }
 
-fn hand_of(arm: &Hand, actions: &[Action], repeat: bool) -> SimulatedHand {
-    let model = HandModel::new(arm, Freedom::Line(DVec3::X), script(actions, repeat)).unwrap();
-    SimulatedHand::new("ada", model, DVec3::ZERO)
+fn hand_of(arm: &Hand, actions: &[Action], repeat: bool) -> SimulatedUser {
+    SimulatedUser::of_scene(&scene(arm, actions, repeat), HostIndex::FIRST).unwrap()
 }
 
 /// Positions along x at ticks 0, 1, … under no device force.
-fn free_run(hand: &mut SimulatedHand, ticks: u64) -> Vec<f64> {
+fn free_run(hand: &mut SimulatedUser, ticks: u64) -> Vec<f64> {
     let mut tick = |tick| {
-        let position = hand.read(tick).unwrap().pose.position;
+        let position = hand.read(tick).unwrap()[0].pose.position;
         assert_eq!((position.y, position.z), (0.0, 0.0), "nothing leaves the line");
-        hand.write(Wrench::default()).unwrap();
+        hand.write(&[Wrench::default()]).unwrap();
         position.x
     };
     (0..ticks).map(&mut tick).collect()
@@ -63,12 +64,12 @@ fn pushing_stops_at_the_tick_where_it_lets_go() {
     let action = Action::PushAndLetGo { force_n: DVec3::X * 0.5, push_s: 0.3, duration_s: 1.0 };
     let mut hand = hand_of(&arm, &[action], false);
     free_run(&mut hand, 300);
-    let speed = hand.state().velocity.x;
+    let speed = hand.states()[0].velocity.x;
     assert!((speed - 0.6).abs() < 1e-13, "{speed}");
     for tick in 300..2000 {
         hand.read(tick).unwrap();
-        hand.write(Wrench::default()).unwrap();
-        assert!((hand.state().velocity.x - speed).abs() < 1e-13);
+        hand.write(&[Wrench::default()]).unwrap();
+        assert!((hand.states()[0].velocity.x - speed).abs() < 1e-13);
     }
 }
 
@@ -85,7 +86,7 @@ fn a_sinusoidal_force_and_its_phase() {
     free_run(&mut hand, 50);
     // A quarter of a period of a cosine: ∫ = A/ω, but for the hold of each sample (half a tick early).
     let held: f64 = (0..50).map(|tick| 2.0 * (TAU * 5.0 * f64::from(tick) * 1e-3).cos() * 1e-3).sum();
-    assert!((hand.state().velocity.x - held / 0.25).abs() < 1e-14);
+    assert!((hand.states()[0].velocity.x - held / 0.25).abs() < 1e-14);
     assert!((held - 2.0 / (TAU * 5.0)).abs() < 1.1e-3);
 }
 
@@ -155,11 +156,12 @@ fn targets_never_jump_from_action_to_action() {
         reach(0.0, 0.4),
     ];
     let script = script(&actions, true);
-    let mut state = script.begin(0, DVec3::ZERO);
-    let mut last = script.drive(&mut state, 0, DVec3::ZERO).target;
+    let mut state = script.begin(0, &[Touch::default()], &[]);
+    let touch = Touch { position: DVec3::X * 0.01, ..Touch::default() };
+    let mut last = script.drive(&mut state, 0, &[Touch::default()], &[])[0].target;
     assert!(last.position.length() < 1e-16 && last.velocity.length() < 1e-15, "{last:?}");
     for tick in 1..20_000 {
-        let target = script.drive(&mut state, tick, DVec3::X * 0.01).target;
+        let target = script.drive(&mut state, tick, &[touch], &[])[0].target;
         // What is left over a tick is the path's jerk, which is bounded (60·d/T³, 24,000 m/s³ in the shortest one).
         let predicted = last.position + last.velocity * 1e-3 + last.acceleration * 0.5e-6;
         assert!((target.position - predicted).length() < 3e-5, "{tick}");
@@ -180,14 +182,14 @@ fn without_tracking_actions_there_is_no_tracking_impedance() {
 fn actions_follow_each_other_at_exact_ticks_for_ever() {
     let actions = [push(1.0, 0.1), push(2.0, 0.2), push(3.0, 0.3)];
     let script = script(&actions, true);
-    let mut state = script.begin(0, DVec3::ZERO);
+    let mut state = script.begin(0, &[Touch::default()], &[]);
     for tick in 0..600_000 {
         let expected = match tick % 600 {
             0..100 => 1.0,
             100..300 => 2.0,
             _ => 3.0,
         };
-        assert_eq!(script.drive(&mut state, tick, DVec3::ZERO).force.x, expected, "{tick}");
+        assert_eq!(script.drive(&mut state, tick, &[Touch::default()], &[])[0].force.x, expected, "{tick}");
     }
 }
 
@@ -206,10 +208,10 @@ fn skipped_ticks_are_ticks_with_the_last_force_held() {
     let wrench = Wrench::force(DVec3::new(-1.0, 2.0, 0.0));
     for tick in 0..60 {
         steady.read(tick).unwrap();
-        steady.write(wrench).unwrap();
+        steady.write(&[wrench]).unwrap();
     }
     skipping.read(0).unwrap();
-    skipping.write(wrench).unwrap();
+    skipping.write(&[wrench]).unwrap();
     let reading = skipping.read(60).unwrap();
     assert_eq!(reading, steady.read(60).unwrap());
     assert_eq!(reading, skipping.read(60).unwrap(), "reading twice is reading once");
@@ -217,7 +219,7 @@ fn skipped_ticks_are_ticks_with_the_last_force_held() {
     let past = skipping.read(59).unwrap_err();
     assert!(matches!(past, DeviceError::TickOutOfReach { asked: 59, at: 60, .. }), "{past}");
     assert!(skipping.read(61 + MOST_TICKS_AHEAD).is_err());
-    assert!(skipping.write(Wrench::force(DVec3::NAN)).is_err());
+    assert!(skipping.write(&[Wrench::force(DVec3::NAN)]).is_err());
     assert_eq!(skipping.state(), steady.state(), "a refused force does not move the hand");
 }
 
@@ -228,39 +230,70 @@ fn a_state_can_be_saved_restored_and_repeated() {
     free_run(&mut hand, 777);
     let text = serde_json::to_string(hand.state()).unwrap();
     let mut other = hand_of(&ARM, &actions, true);
-    other.set_state(serde_json::from_str(&text).unwrap());
+    other.restore(serde_json::from_str(&text).unwrap());
     for tick in 777..2500 {
         assert_eq!(hand.read(tick), other.read(tick));
-        hand.write(Wrench::force(DVec3::X)).unwrap();
-        other.write(Wrench::force(DVec3::X)).unwrap();
+        hand.write(&[Wrench::force(DVec3::X)]).unwrap();
+        other.write(&[Wrench::force(DVec3::X)]).unwrap();
     }
     assert_eq!(hand.state(), other.state());
 }
 
 #[test]
 fn in_space_every_axis_is_the_line() {
-    let actions = [Action::Reach { to_m: DVec3::new(0.1, 0.2, -0.3), duration_s: 0.3 }];
-    let model = HandModel::new(&ARM, Freedom::Space, script(&actions, false)).unwrap();
-    let mut free = SimulatedHand::new("ada", model, DVec3::ZERO);
-    let mut lines: Vec<SimulatedHand> = [DVec3::X, DVec3::Y * 2.0, DVec3::NEG_Z]
-        .map(|axis| HandModel::new(&ARM, Freedom::Line(axis), script(&actions, false)).unwrap())
-        .map(|model| SimulatedHand::new("ada", model, DVec3::ZERO))
-        .into();
+    let to_m = DVec3::new(0.1, 0.2, -0.3);
+    let mut scene = scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false);
+    scene.space = Space::Space;
+    let mut free = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+    let mut lines: Vec<SimulatedUser> =
+        to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
+    let forces = DVec3::new(1.0, -2.0, 0.5);
     for tick in 0..500 {
-        let sum: DVec3 = lines.iter_mut().map(|line| line.read(tick).unwrap().pose.position).sum();
-        assert_eq!(free.read(tick).unwrap().pose.position, sum);
-        let wrench = Wrench::force(DVec3::new(1.0, -2.0, 0.5));
-        lines.iter_mut().chain([&mut free]).for_each(|hand| hand.write(wrench).unwrap());
+        let along: Vec<f64> =
+            lines.iter_mut().map(|line| line.read(tick).unwrap()[0].pose.position.x).collect();
+        assert_eq!(free.read(tick).unwrap()[0].pose.position, DVec3::from_slice(&along));
+        for (line, force) in lines.iter_mut().zip(forces.to_array()) {
+            line.write(&[Wrench::force(DVec3::X * force)]).unwrap();
+        }
+        free.write(&[Wrench::force(forces)]).unwrap();
+    }
+}
+
+#[test]
+fn in_a_plane_nothing_leaves_it() {
+    let mut scene = scene(&ARM, &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false);
+    scene.space = Space::Plane;
+    scene.users[0].fingers[0].position_m = DVec3::new(0.1, 0.2, 0.3);
+    let mut hand = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+    for tick in 0..500 {
+        let position = hand.read(tick).unwrap()[0].pose.position;
+        assert_eq!(position.z, 0.3);
+        hand.write(&[Wrench::force(DVec3::ONE)]).unwrap();
+    }
+    assert!(hand.states()[0].position.x > 0.2 && hand.states()[0].position.y > 0.3);
+}
+
+#[test]
+fn on_a_line_one_finger_is_the_plant_to_the_bit() {
+    let arm = Hand { stiffness_n_per_m: 30.0, ..ARM };
+    let mut hand = hand_of(&arm, &[push(0.7, 10.0)], false);
+    let plant = Plant::new(0.25, 5.0, 30.0, 1e-3);
+    let (mut x, mut v) = (0.0, 0.0);
+    for tick in 0..3000 {
+        let reading = hand.read(tick).unwrap()[0];
+        assert_eq!((reading.pose.position.x, reading.twist.linear.x), (x, v));
+        let force = -300.0 * x + 0.1 * (tick as f64 * 0.013).sin();
+        hand.write(&[Wrench::force(DVec3::new(force, 1.0, 2.0))]).unwrap();
+        (x, v) = plant.step(x, v, 0.7 + force);
     }
 }
 
 #[test]
 fn impossible_hands_are_refused() {
-    let model = |arm: Hand, freedom| HandModel::new(&arm, freedom, script(&[], false)).map(|_| ());
-    let massless = model(Hand { mass_kg: 0.0, ..ARM }, Freedom::Space).unwrap_err();
+    let user = |arm: Hand| SimulatedUser::of_scene(&scene(&arm, &[], false), HostIndex::FIRST).map(|_| ());
+    let massless = user(Hand { mass_kg: 0.0, ..ARM }).unwrap_err();
     assert!(massless.to_string().contains("found 0 kg"), "{massless}");
-    assert!(model(Hand { stiffness_n_per_m: f64::NAN, ..ARM }, Freedom::Space).is_err());
-    assert_eq!(model(ARM, Freedom::Line(DVec3::ZERO)), Err(HandError::Direction(DVec3::ZERO)));
+    assert!(user(Hand { stiffness_n_per_m: f64::NAN, ..ARM }).is_err());
 }
 
 #[test]
@@ -272,9 +305,9 @@ fn a_user_who_joins_late_begins_the_script_then() {
     late.restart(joined);
     for tick in 0..600 {
         let (early_reading, late_reading) = (early.read(tick).unwrap(), late.read(joined + tick).unwrap());
-        let apart = early_reading.pose.position - late_reading.pose.position;
+        let apart = early_reading[0].pose.position - late_reading[0].pose.position;
         assert!(apart.length() < 1e-10, "{tick}: {apart}");
-        early.write(Wrench::default()).unwrap();
-        late.write(Wrench::default()).unwrap();
+        early.write(&[Wrench::default()]).unwrap();
+        late.write(&[Wrench::default()]).unwrap();
     }
 }
