@@ -7,11 +7,14 @@
 //! ```text
 //! plant under hold    x(k+1) = A_D·x(k) + B_D·f(k),   exp([A B; 0 0]·T_c) = [A_D B_D; 0 I]     thesis (3.14), (3.15)
 //! spring and damper   f = k·(x_anchor − x_end) + b·(v_anchor − v_end)                         thesis (4.25) – (4.28)
+//! stuck contact       f = −(k_N·n·nᵀ + k_T·(I − n·nᵀ))·x − (b_N·n·nᵀ + b_T·(I − n·nᵀ))·v      thesis (7.3)
 //! one pattern         z(K+1) = Φ·z(K),   Φ = Φ_p ··· Φ_2·Φ_1 (one factor a tick)
 //! verdict             stable iff all eigenvalues of Φ but the rigid-body poles lie inside the unit circle   (3.19)
 //! ```
 //!
-//! A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile`]); its map ([`lift`]) names each
+//! Where fingers touch bodies with surfaces, the loop is the exact linearisation about a settled grasp
+//! ([`operating_point`]), in all directions at once: faces turn with their bodies, and preload pushes sideways on what
+//! turns. A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile`]); its map ([`lift`]) names each
 //! of its coordinates, samples in flight included; [`eigenvalues`] balances first; poles that are 1 by structure are
 //! removed by structure; [`stability`] is the verdict.
 //!
@@ -19,14 +22,15 @@
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
 //!
 //! ```
-//! use cotouch_analysis::loop_spec::{Body, Dynamics, LoopSpec, Motion, Plant};
+//! use cotouch_analysis::loop_spec::{Body, Dynamics, LINE, LoopSpec, Motion, Plant};
 //! use cotouch_analysis::stability::analyze_loop;
 //! use cotouch_scene::{scene::SpringDamper, time::Schedule};
 //! let spring = |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
 //! let verdict = |damping| {
 //!     let mut spec = LoopSpec::new(Schedule::new("1000".parse().unwrap(), "1000".parse().unwrap()).unwrap());
 //!     let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
-//!     let hand = spec.body(Body { states, dynamics: Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0))) });
+//!     let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
+//!     let hand = spec.body(Body { states, axes: LINE, dynamics });
 //!     spec.pull(hand, Motion::Ground, spring(500.0, damping));
 //!     analyze_loop(&spec).unwrap()
 //! };
@@ -36,9 +40,15 @@
 
 pub mod check;
 pub mod compile;
+mod contact;
+mod deflate;
 mod discretise;
+mod dof;
+mod dominant;
 pub mod eigenvalues;
 pub mod lift;
 pub mod loop_spec;
+pub mod operating_point;
 mod rigid;
 pub mod stability;
+mod warnings;

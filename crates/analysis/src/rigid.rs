@@ -1,258 +1,296 @@
-//! Eigenvalues at exactly 1 that a loop has by its structure, and their removal.
+//! Eigenvalues at exactly 1 that a loop has by its structure.
 //!
 //! Removed by closeness to 1, a rigid-body pole could not be told from the drag pole beside it, and a double one would
-//! be computed as 1 ± 10⁻⁸. So they are found from the description:
+//! be computed as 1 ± 10⁻⁸. So they are found from the description, for each part of the loop that no force connects
+//! with the rest (a body that nobody holds, a finger that holds nothing), and for each direction:
 //!
 //! - **Translation.** Where no stiffness ties a group of bodies to the ground or to the rest, moving them and their
-//!   samples by one length changes no force: `A·e = e`.
-//! - **Uniform motion.** Where the loop translates as a whole, opposite forces are equal at every tick and nothing is
-//!   damped to the ground, momentum is conserved (a second left eigenvector, `Wᵀ·A = Wᵀ`). Then the loop can coast:
+//!   samples by one length changes no force: `A·e = e`. The same goes for turning bodies that nothing keeps from it;
+//!   fingers that press on a body always do, for their forces stay in the world's directions.
+//! - **Uniform motion.** Where a part translates as a whole, opposite forces are equal at every tick and nothing is
+//!   damped to the ground, momentum is conserved (a second left eigenvector, `Wᵀ·A = Wᵀ`). Then the part can coast:
 //!   there is a state `g` in which all bodies move at 1 m/s, with constant offsets that make up for the ages of held
 //!   samples, and every force is in balance at every tick: `A·g = g + T·e`, a Jordan pair.
 //!
-//! Both vectors are checked against the map, and deflated by reflections that take them to the first axis.
+//! Each vector is checked against the map before it is deflated.
 
-use cotouch_scene::scene::SpringDamper;
+mod coasting;
+mod ties;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
-use crate::loop_spec::{
-    Body, Coupling, Delay, Dynamics, Force, LineId, LoopSpec, Motion, Plant, Signal, tick_of_step,
-};
+use crate::loop_spec::{Coupling, Delay, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
+use coasting::{Coasting, coasting};
+use ties::Ties;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Structure {
-    /// Translation of the whole loop, and its uniform motion: the rigid-body poles.
+    /// Translation of each part as a whole, each with its uniform motion behind it: the rigid-body poles.
     pub(crate) rigid: Vec<DVector<f64>>,
-    /// Translations of parts that no stiffness ties to the rest: they stay where they are put.
+    /// How many of these are translations without uniform motion.
+    pub(crate) dragged: usize,
+    /// Translations of what no stiffness ties to the rest of its part: it stays where it is put.
     pub(crate) loose: Vec<DVector<f64>>,
 }
 
 impl Structure {
     pub(crate) fn new(spec: &LoopSpec, layout: &Layout) -> Self {
-        let groups = Groups::new(spec);
-        let mut loose: Vec<_> =
-            groups.free.iter().map(|&group| translation(spec, layout, &groups, group)).collect();
-        if groups.grounded || loose.is_empty() {
-            return Self { rigid: Vec::new(), loose };
-        }
-        let whole = loose.iter().skip(1).fold(loose[0].clone(), |sum, group| sum + group);
-        loose.pop();
-        let rigid = std::iter::once(whole).chain(uniform_motion(spec, layout)).collect();
-        Self { rigid, loose }
-    }
-}
-
-/// Bodies that stiffnesses tie together.
-struct Groups {
-    /// For each body, one body that stands for its group; the last entry is the ground.
-    parent: Vec<usize>,
-    /// The groups that are not tied to the ground.
-    free: Vec<usize>,
-    grounded: bool,
-}
-
-impl Groups {
-    fn new(spec: &LoopSpec) -> Self {
-        let ground = spec.bodies.len();
-        let mut groups = Self { parent: (0..=ground).collect(), free: Vec::new(), grounded: false };
-        for (index, body) in spec.bodies.iter().enumerate() {
-            if coasting_states(body).is_none() {
-                groups.join(index, ground);
-            }
-        }
-        for coupling in couplings(spec).filter(|coupling| coupling.spring.stiffness_n_per_m != 0.0) {
-            groups.join(endpoint(spec, coupling.end), endpoint(spec, coupling.anchor));
-        }
-        let of_ground = groups.of(ground);
-        groups.grounded = (0..ground).any(|body| groups.of(body) == of_ground);
-        groups.free = (0..ground).filter(|&body| groups.of(body) == body && body != of_ground).collect();
-        groups
-    }
-
-    fn of(&self, mut body: usize) -> usize {
-        while self.parent[body] != body {
-            body = self.parent[body];
-        }
-        body
-    }
-
-    fn join(&mut self, one: usize, other: usize) {
-        let (one, other) = (self.of(one), self.of(other));
-        self.parent[one] = other;
-    }
-}
-
-fn couplings(spec: &LoopSpec) -> impl Iterator<Item = Coupling> + '_ {
-    let acting = spec.actions.iter().filter_map(|action| match action.force {
-        Force::Coupling(coupling) => Some(coupling),
-        Force::Held(_) => None,
-    });
-    let sampled = spec.lines.iter().filter_map(|line| match line.signal {
-        Signal::Force(coupling) => Some(coupling),
-        Signal::Motion(_) => None,
-    });
-    acting.chain(sampled)
-}
-
-/// The body at an end of a coupling; the number of bodies stands for the ground.
-fn endpoint(spec: &LoopSpec, motion: Motion) -> usize {
-    let body = match motion {
-        Motion::Ground => None,
-        Motion::Current(body) => Some(body),
-        Motion::Held(line) => match spec.lines[line.0].signal {
-            Signal::Motion(body) => Some(body),
-            Signal::Force(_) => None,
-        },
-    };
-    body.map_or(spec.bodies.len(), |body| body.0)
-}
-
-/// How a body is somewhere else, or moves, without a force: a state and its size for 1 m, and for 1 m/s.
-#[derive(Clone, Copy)]
-struct Coasting {
-    position: (usize, f64),
-    velocity: Option<(usize, f64)>,
-}
-
-/// `None` where the body's own dynamics tie it to a place.
-fn coasting_states(body: &Body) -> Option<Coasting> {
-    match &body.dynamics {
-        Dynamics::Mass { .. } => Some(Coasting { position: (0, 1.0), velocity: Some((1, 1.0)) }),
-        Dynamics::Plant(plant) => coasting_of_plant(plant),
-    }
-}
-
-fn coasting_of_plant(plant: &Plant) -> Option<Coasting> {
-    let states = || 0..plant.b.len();
-    // A position is a state that nothing depends on; it is read as the position alone.
-    let position = states().find(|&state| {
-        let alone = plant.a.column(state).iter().all(|&element| element == 0.0);
-        alone && plant.c[(0, state)] != 0.0 && plant.c[(1, state)] == 0.0
-    })?;
-    let per_metre = plant.c[(0, position)].recip();
-    // A velocity is a state on which only that position depends.
-    let velocity = states().find_map(|state| {
-        let size = plant.c[(1, state)].recip();
-        let column = plant.a.column(state);
-        let drives_only_position =
-            column.iter().enumerate().all(|(row, &element)| (element != 0.0) == (row == position));
-        let consistent = drives_only_position && column[position] * size == per_metre;
-        (consistent && plant.c[(0, state)] == 0.0).then_some((state, size))
-    });
-    Some(Coasting { position: (position, per_metre), velocity })
-}
-
-/// All bodies of a group, and all samples of them, moved by 1 m.
-fn translation(spec: &LoopSpec, layout: &Layout, groups: &Groups, group: usize) -> DVector<f64> {
-    let mut vector = DVector::zeros(layout.coordinates.len());
-    let moves = |body: usize| groups.of(body) == group;
-    for (index, body) in spec.bodies.iter().enumerate().filter(|&(index, _)| moves(index)) {
-        if let Some(Coasting { position: (state, size), .. }) = coasting_states(body) {
-            vector[layout.bodies[index] + state] = size;
-        }
-    }
-    for register in &layout.registers {
-        if let Signal::Motion(body) = register.signal
-            && moves(body.0)
-        {
-            (1..=register.length).for_each(|age| vector[register.place(age)] = 1.0);
-        }
-    }
-    vector
-}
-
-/// The state in which every body coasts at 1 m/s, where there is one.
-fn uniform_motion(spec: &LoopSpec, layout: &Layout) -> Option<DVector<f64>> {
-    let coasting: Vec<_> = spec.bodies.iter().map(coasting_states).collect::<Option<_>>()?;
-    let velocities: Vec<_> = coasting.iter().map(|body| body.velocity).collect::<Option<_>>()?;
-    let lags = Lags::new(spec)?;
-    let offsets = lags.offsets(spec)?;
-    let mut vector = DVector::zeros(layout.coordinates.len());
-    for (index, &first) in layout.bodies.iter().enumerate() {
-        let (position, per_metre) = coasting[index].position;
-        let (velocity, size) = velocities[index];
-        vector[first + position] = offsets[index] * per_metre;
-        vector[first + velocity] = size;
-    }
-    let period_s = spec.schedule.control().period_s();
-    for register in &layout.registers {
-        for age in 1..=register.length {
-            let place = register.place(age);
-            match register.signal {
-                Signal::Motion(body) => {
-                    let since_s = tick_of_step(&spec.schedule, -i64::from(age)) as f64 * period_s;
-                    vector[place] = offsets[body.0] + since_s;
-                    vector[place + 1] = 1.0;
-                }
-                Signal::Force(coupling) => vector[place] = lags.force(spec, &coupling, &offsets),
-            }
-        }
-    }
-    Some(vector)
-}
-
-/// In uniform motion, how far each coupling's anchor lags behind its end at equal offsets: the same at every tick.
-struct Lags {
-    period_s: f64,
-}
-
-impl Lags {
-    /// `None` where something is damped to the ground, or a coupling's lag varies from tick to tick.
-    fn new(spec: &LoopSpec) -> Option<Self> {
-        let ground = spec.bodies.len();
-        let is_steady = |coupling: &Coupling, at_steps: bool| {
-            let SpringDamper { stiffness_n_per_m: k, damping_n_s_per_m: b } = coupling.spring;
-            let ends = [endpoint(spec, coupling.end), endpoint(spec, coupling.anchor)];
-            let damped_to_ground = b != 0.0 && ends.contains(&ground) && ends != [ground; 2];
-            !damped_to_ground && (k == 0.0 || has_constant_lag(spec, coupling, at_steps))
-        };
-        let acting_steady = spec.actions.iter().all(|action| match action.force {
-            Force::Coupling(coupling) => is_steady(&coupling, false),
-            Force::Held(_) => true,
-        });
-        let sampled_steady = spec.lines.iter().all(|line| match line.signal {
-            Signal::Force(coupling) => is_steady(&coupling, true),
-            Signal::Motion(_) => true,
-        });
         let period_s = spec.schedule.control().period_s();
-        (acting_steady && sampled_steady).then_some(Self { period_s })
-    }
-
-    /// Seconds by which the anchor's data is older than the end's. At tick 0 there is a network step.
-    fn lag_s(&self, spec: &LoopSpec, coupling: &Coupling) -> f64 {
-        lag_ticks(spec, coupling, 0) as f64 * self.period_s
-    }
-
-    fn force(&self, spec: &LoopSpec, coupling: &Coupling, offsets: &DVector<f64>) -> f64 {
-        let offset = |motion| offsets.get(endpoint(spec, motion)).copied().unwrap_or(0.0);
-        let stretch = offset(coupling.anchor) - offset(coupling.end) - self.lag_s(spec, coupling);
-        coupling.spring.stiffness_n_per_m * stretch
-    }
-
-    /// Offsets at which the forces on every body are in balance, where there are some.
-    fn offsets(&self, spec: &LoopSpec) -> Option<DVector<f64>> {
-        let bodies = spec.bodies.len();
-        let mut stiffness = DMatrix::zeros(bodies, bodies);
-        let mut lag_force = DVector::zeros(bodies);
-        for action in &spec.actions {
-            let coupling = match action.force {
-                Force::Coupling(coupling) => coupling,
-                Force::Held(LineId(line)) => match spec.lines[line].signal {
-                    Signal::Force(coupling) => coupling,
-                    Signal::Motion(_) => return None,
-                },
-            };
-            let k = coupling.spring.stiffness_n_per_m;
-            let (end, anchor) = (endpoint(spec, coupling.end), endpoint(spec, coupling.anchor));
-            if k != 0.0 && end < bodies && anchor < bodies {
-                stiffness[(action.body.0, anchor)] += k;
-                stiffness[(action.body.0, end)] -= k;
-                lag_force[action.body.0] += k * self.lag_s(spec, &coupling);
+        let coasting: Vec<_> = spec.bodies.iter().map(|body| coasting(body, period_s)).collect();
+        let mut structure = Self::default();
+        let parts = Ties::parts(spec);
+        let mut axes: Vec<Dof> = spec.bodies.iter().flat_map(|body| body.axes).copied().collect();
+        axes.sort_unstable();
+        axes.dedup();
+        for axis in axes {
+            let direction = Direction { spec, layout, coasting: &coasting, axis };
+            let ties = Ties::along(spec, axis, &coasting);
+            for part in parts.groups() {
+                direction.part(&ties, &part, &mut structure);
             }
         }
-        solve_balance(stiffness, &lag_force)
+        structure
+    }
+}
+
+/// One degree of freedom, of all bodies that have it.
+struct Direction<'a> {
+    spec: &'a LoopSpec,
+    layout: &'a Layout,
+    coasting: &'a [Vec<Coasting>],
+    axis: Dof,
+}
+
+impl Direction<'_> {
+    /// The vectors of one part.
+    fn part(&self, ties: &Ties, part: &[usize], structure: &mut Structure) {
+        let moving: Vec<usize> = part.iter().copied().filter(|&body| self.number(body).is_some()).collect();
+        let grounded = moving.iter().any(|&body| ties.is_grounded(body));
+        let mut free: Vec<usize> = moving.iter().map(|&body| ties.of(body)).collect();
+        free.sort_unstable();
+        free.dedup();
+        free.retain(|&group| !ties.is_ground(group));
+        let mut loose: Vec<_> = free.iter().map(|&group| self.translation(&moving, ties, group)).collect();
+        if !grounded && let Some(whole) = loose.iter().cloned().reduce(|sum, group| sum + group) {
+            loose.pop();
+            structure.rigid.push(whole);
+            match self.uniform_motion(part) {
+                Some(uniform) => structure.rigid.push(uniform),
+                None => structure.dragged += 1,
+            }
+        }
+        structure.loose.append(&mut loose);
+    }
+
+    /// Which of a body's degrees of freedom this is.
+    fn number(&self, body: usize) -> Option<usize> {
+        self.spec.bodies[body].axes.iter().position(|&axis| axis == self.axis)
+    }
+
+    /// All bodies of a group, and all samples of them, moved by 1 m.
+    fn translation(&self, bodies: &[usize], ties: &Ties, group: usize) -> DVector<f64> {
+        let mut vector = DVector::zeros(self.layout.coordinates.len());
+        let moves = |body: usize| bodies.contains(&body) && ties.of(body) == group;
+        for &body in bodies.iter().filter(|&&body| moves(body)) {
+            let number = self.number(body).unwrap_or_default();
+            for &(state, size) in self.coasting[body][number].still.iter().flatten() {
+                vector[self.layout.bodies[body] + state] = size;
+            }
+        }
+        for register in &self.layout.registers {
+            if let Signal::Motion(body) = self.spec.lines[register.line.0].signal
+                && moves(body.0)
+                && let Some(number) = self.number(body.0)
+            {
+                (1..=register.length).for_each(|age| vector[register.place(age) + number] = 1.0);
+            }
+        }
+        vector
+    }
+
+    /// The state in which every body of a part coasts at 1 m/s, where there is one.
+    fn uniform_motion(&self, part: &[usize]) -> Option<DVector<f64>> {
+        let spec = self.spec;
+        let free = |&body: &usize| self.coasting[body].iter().all(|axis| axis.still.is_some());
+        let coasts =
+            |&body: &usize| self.number(body).is_some_and(|n| self.coasting[body][n].moving.is_some());
+        if !part.iter().all(|body| free(body) && coasts(body)) {
+            return None;
+        }
+        let offsets = self.offsets(part)?;
+        let mut vector = DVector::zeros(self.layout.coordinates.len());
+        for &body in part {
+            let first = self.layout.bodies[body];
+            for (number, axis) in self.coasting[body].iter().enumerate() {
+                for &(state, size) in axis.still.iter().flatten() {
+                    vector[first + state] += offsets.of(body, number) * size;
+                }
+            }
+            let moving = self.number(body).and_then(|number| self.coasting[body][number].moving.as_ref());
+            for &(state, size) in moving.into_iter().flatten() {
+                vector[first + state] += size;
+            }
+        }
+        let period_s = spec.schedule.control().period_s();
+        for register in &self.layout.registers {
+            for age in 1..=register.length {
+                let place = register.place(age);
+                match &spec.lines[register.line.0].signal {
+                    Signal::Motion(body) if part.contains(&body.0) => {
+                        let axes = spec.bodies[body.0].axes.len();
+                        let since_s = tick_of_step(&spec.schedule, -i64::from(age)) as f64 * period_s;
+                        for number in 0..axes {
+                            vector[place + number] = offsets.of(body.0, number);
+                        }
+                        if let Some(number) = self.number(body.0) {
+                            vector[place + number] += since_s;
+                            vector[place + axes + number] = 1.0;
+                        }
+                    }
+                    Signal::Force(coupling) if self.reads(coupling, part) => {
+                        let mut force = self.lag_force(coupling);
+                        offsets.add_force(spec, coupling, &mut force);
+                        vector.rows_mut(place, coupling.components).copy_from(&force);
+                    }
+                    Signal::Motion(_) | Signal::Force(_) => {}
+                }
+            }
+        }
+        Some(vector)
+    }
+
+    fn reads(&self, coupling: &Coupling, part: &[usize]) -> bool {
+        let of_part = |motion| self.spec.body_of(motion).is_some_and(|body| part.contains(&body.0));
+        coupling.terms.iter().any(|term| of_part(term.motion))
+    }
+
+    /// Offsets at which the forces on every body of a part are in balance, where there are some.
+    fn offsets(&self, part: &[usize]) -> Option<Offsets> {
+        let spec = self.spec;
+        let acts = |body: usize| part.contains(&body);
+        for line in &spec.lines {
+            if let Signal::Force(coupling) = &line.signal
+                && self.reads(coupling, part)
+                && !self.is_steady(coupling, true)
+            {
+                return None;
+            }
+        }
+        let mut offsets = Offsets::new(spec, part);
+        let size = offsets.values.len();
+        let (mut stiffness, mut lag_force) = (DMatrix::zeros(size, size), DVector::zeros(size));
+        for action in spec.actions.iter().filter(|action| acts(action.body.0)) {
+            let coupling = spec.coupling_of(action)?;
+            if matches!(action.force, Force::Coupling(_)) && !self.is_steady(coupling, false) {
+                return None;
+            }
+            let row = offsets.first[action.body.0];
+            let mut rows = lag_force.rows_mut(row, coupling.components);
+            rows -= self.lag_force(coupling);
+            for term in &coupling.terms {
+                if let Some(column) = offsets.place(spec, term.motion, term.number) {
+                    stiffness[(row + term.component, column)] += term.gain;
+                }
+            }
+        }
+        offsets.values = solve_balance(stiffness, &lag_force)?;
+        Some(offsets)
+    }
+
+    /// Whether, in uniform motion, a force is the same at every tick: no damper to the ground, and ages of samples that
+    /// keep their differences.
+    fn is_steady(&self, coupling: &Coupling, at_steps: bool) -> bool {
+        /// Gains that cancel but for rounding.
+        const RELATIVE: f64 = 1e-13;
+        let mut net = vec![(0.0, 0.0_f64); coupling.components];
+        let mut motions: Vec<Motion> = Vec::new();
+        for term in &coupling.terms {
+            let axes = self.spec.axes_of(term.motion);
+            if axes.get(term.number % axes.len().max(1)) != Some(&self.axis) {
+                continue;
+            }
+            if term.number >= axes.len() {
+                let (sum, largest) = &mut net[term.component];
+                *sum += term.gain;
+                *largest = largest.max(term.gain.abs());
+            } else if !motions.contains(&term.motion) {
+                motions.push(term.motion);
+            }
+        }
+        if net.iter().any(|&(sum, largest): &(f64, f64)| sum.abs() > RELATIVE * largest) {
+            return false;
+        }
+        let Some(&first) = motions.first() else { return true };
+        let schedule = &self.spec.schedule;
+        let ticks =
+            (0..schedule.ticks_per_pattern()).filter(|&tick| !at_steps || schedule.step_at(tick).is_some());
+        let lag = |motion, tick| self.age(motion, tick) - self.age(first, tick);
+        let mut later = ticks.flat_map(|tick| motions.iter().map(move |&motion| (motion, tick as i64)));
+        later.all(|(motion, tick)| lag(motion, tick) == lag(motion, 0))
+    }
+
+    /// In uniform motion at equal offsets: what a force is because its motions are of different ages.
+    fn lag_force(&self, coupling: &Coupling) -> DVector<f64> {
+        let period_s = self.spec.schedule.control().period_s();
+        let mut force = DVector::zeros(coupling.components);
+        let mut first = None;
+        for term in &coupling.terms {
+            let axes = self.spec.axes_of(term.motion);
+            if axes.get(term.number) == Some(&self.axis) {
+                let age = self.age(term.motion, 0);
+                let lag = age - *first.get_or_insert(age);
+                force[term.component] -= term.gain * lag as f64 * period_s;
+            }
+        }
+        force
+    }
+
+    /// Ticks since what is read at `tick` was sampled.
+    fn age(&self, motion: Motion, tick: i64) -> i64 {
+        match motion {
+            Motion::Held(line) => tick - sampled_at(self.spec, self.spec.lines[line.0].delay, tick),
+            Motion::Ground | Motion::Current(_) => 0,
+        }
+    }
+}
+
+/// Constant positions of the bodies of a part.
+struct Offsets {
+    /// For each body, the place of its first value; too large for bodies of other parts.
+    first: Vec<usize>,
+    values: DVector<f64>,
+}
+
+impl Offsets {
+    fn new(spec: &LoopSpec, part: &[usize]) -> Self {
+        let mut first = vec![usize::MAX; spec.bodies.len()];
+        let mut size = 0;
+        for &body in part {
+            first[body] = size;
+            size += spec.bodies[body].axes.len();
+        }
+        Self { first, values: DVector::zeros(size) }
+    }
+
+    fn of(&self, body: usize, number: usize) -> f64 {
+        self.values[self.first[body] + number]
+    }
+
+    /// Where the value lies that a position of a motion has.
+    fn place(&self, spec: &LoopSpec, motion: Motion, number: usize) -> Option<usize> {
+        let body = spec.body_of(motion)?;
+        let is_position = number < spec.bodies[body.0].axes.len();
+        (is_position && self.first[body.0] != usize::MAX).then(|| self.first[body.0] + number)
+    }
+
+    fn add_force(&self, spec: &LoopSpec, coupling: &Coupling, force: &mut DVector<f64>) {
+        for term in &coupling.terms {
+            if let Some(place) = self.place(spec, term.motion, term.number) {
+                force[term.component] += term.gain * self.values[place];
+            }
+        }
     }
 }
 
@@ -270,63 +308,7 @@ fn solve_balance(stiffness: DMatrix<f64>, lag_force: &DVector<f64>) -> Option<DV
     is_balanced.then_some(offsets)
 }
 
-fn has_constant_lag(spec: &LoopSpec, coupling: &Coupling, at_steps: bool) -> bool {
-    let ticks = spec.schedule.ticks_per_pattern();
-    let mut evaluated = (0..ticks).filter(|&tick| !at_steps || spec.schedule.step_at(tick).is_some());
-    let at_start = lag_ticks(spec, coupling, 0);
-    evaluated.all(|tick| lag_ticks(spec, coupling, tick as i64) == at_start)
-}
-
-fn lag_ticks(spec: &LoopSpec, coupling: &Coupling, tick: i64) -> i64 {
-    let age = |motion| match motion {
-        Motion::Held(line) => tick - sampled_at(spec, spec.lines[line.0].delay, tick),
-        Motion::Ground | Motion::Current(_) => 0,
-    };
-    age(coupling.anchor) - age(coupling.end)
-}
-
 /// The tick at which the sample was taken that is held at `tick`.
 fn sampled_at(spec: &LoopSpec, delay: Delay, tick: i64) -> i64 {
     tick_of_step(&spec.schedule, delay.step_held_at(&spec.schedule, tick))
-}
-
-/// `matrix` in an orthogonal basis that begins with `eigenvector`, without its first row and column, and the
-/// reflection that leads there: the other eigenvalues.
-pub(crate) fn deflate(matrix: &DMatrix<f64>, eigenvector: &DVector<f64>) -> (DMatrix<f64>, Reflection) {
-    let reflection = Reflection::to_first_axis(eigenvector);
-    let mut reduced = matrix.clone();
-    reflection.apply_left(&mut reduced);
-    reflection.apply_right(&mut reduced);
-    (reduced.remove_row(0).remove_column(0), reflection)
-}
-
-/// `H = I − 2·n·nᵀ` (Householder).
-pub(crate) struct Reflection {
-    /// Of length 1, or 0 for the identity.
-    normal: DVector<f64>,
-}
-
-impl Reflection {
-    fn to_first_axis(vector: &DVector<f64>) -> Self {
-        let mut normal = vector / vector.norm();
-        normal[0] += 1.0f64.copysign(normal[0]);
-        let length = normal.norm();
-        Self { normal: normal / length }
-    }
-
-    fn apply_left(&self, matrix: &mut DMatrix<f64>) {
-        let along = matrix.tr_mul(&self.normal);
-        matrix.ger(-2.0, &self.normal, &along, 1.0);
-    }
-
-    fn apply_right(&self, matrix: &mut DMatrix<f64>) {
-        let along = &*matrix * &self.normal;
-        matrix.ger(-2.0, &along, &self.normal, 1.0);
-    }
-
-    /// A vector in the new basis, without its first element.
-    pub(crate) fn deflate_vector(&self, vector: &DVector<f64>) -> DVector<f64> {
-        let reflected = vector - &self.normal * (2.0 * self.normal.dot(vector));
-        reflected.remove_row(0)
-    }
 }

@@ -1,16 +1,19 @@
 //! Whether a loop is stable, and how nearly.
 
-use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
+use cotouch_scene::scene::Scene;
 use nalgebra::{Complex, DMatrix, DVector};
 use serde::Serialize;
 
 use crate::check::{SpecError, check};
-use crate::compile::compile;
+use crate::compile::modes;
+use crate::deflate::deflate;
+use crate::dominant::{Dominant, dominant_axis};
 use crate::eigenvalues::{self, EigenvalueError, balance, of_balanced};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
 use crate::loop_spec::LoopSpec;
-use crate::rigid::{Structure, deflate};
+use crate::rigid::Structure;
+use crate::warnings::warnings;
 
 /// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -20,12 +23,14 @@ pub struct Stability {
     pub spectral_radius: f64,
     /// Whether every contact mode's spectral radius is below 1, strictly.
     pub stable: bool,
-    /// Eigenvalues at exactly 1 by structure, of the mode with all switching contacts open: 0, 1 or 2.
+    /// Eigenvalues at exactly 1 by structure, of the settled mode (every finger that presses on something in contact, no
+    /// wall touched): for each part that drifts by itself and each direction in which it does, 1, or 2 where its
+    /// momentum is conserved.
     pub rigid_body_poles: u8,
     /// The real eigenvalue nearest 1 that remains, of the same mode: how held data damp the drift of the whole
     /// (above 1: drive it). `None` where a stiffness grounds the loop or momentum is conserved.
     pub drag_pole: Option<f64>,
-    /// Numbers in the state of the running session's loop.
+    /// Numbers in the state of the running session's loop, in the same mode.
     pub states: usize,
     /// Duration of one pattern of ticks and network steps.
     pub period_s: f64,
@@ -46,6 +51,9 @@ pub struct ModeStability {
     pub spectral_radius: f64,
     /// As in [`Stability`].
     pub stable: bool,
+    /// Which way things mostly move in the motion that belongs to the largest eigenvalue, by kinetic energy: "x", "y",
+    /// "z", or "rx", "ry", "rz" for turning. `None` where that motion cannot be told.
+    pub axis: Option<&'static str>,
 }
 
 /// What is known about switching between contact modes.
@@ -65,12 +73,14 @@ pub struct LoopStability {
     pub spectral_radius: f64,
     /// Whether that is below 1, strictly.
     pub stable: bool,
-    /// Eigenvalues at exactly 1 by structure: 0, 1 or 2.
+    /// Eigenvalues at exactly 1 by structure, as in [`Stability`].
     pub rigid_body_poles: u8,
     /// As in [`Stability`].
     pub drag_pole: Option<f64>,
     /// Parts that no stiffness ties to the rest: each has a pole at 1, which counts.
     pub loose_parts: usize,
+    /// As in [`ModeStability`].
+    pub axis: Option<&'static str>,
     /// The eigenvalues, without the rigid-body poles, of the state in which receivers share samples
     /// ([`LoopSpec::lift_shared`]).
     pub eigenvalues: Vec<Complex<f64>>,
@@ -106,28 +116,30 @@ const MOST_WORK: f64 = 1e9;
 /// Analyses every contact mode of a scene.
 ///
 /// # Errors
-/// When the eigenvalue iteration does not converge (never seen).
+/// When a loop is too large, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
-    let modes = compile(scene);
+    let (modes, notes) = modes(scene);
     let verdicts = modes.iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
-    let (free, spec) = (&verdicts[0], &modes[0].spec);
+    let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
+    let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
     Ok(Stability {
         spectral_radius: verdicts.iter().map(|verdict| verdict.spectral_radius).fold(0.0, f64::max),
         stable: verdicts.iter().all(|verdict| verdict.stable),
-        rigid_body_poles: free.rigid_body_poles,
-        drag_pole: free.drag_pole,
+        rigid_body_poles: headline.rigid_body_poles,
+        drag_pole: headline.drag_pole,
         states: spec.coordinates()?.len(),
         period_s: period_s(spec),
-        warnings: warnings(scene, &verdicts),
+        warnings: warnings(scene, &modes, &verdicts, notes),
         switching,
         modes: modes
             .into_iter()
             .zip(verdicts)
-            .map(|(mode, LoopStability { spectral_radius, stable, .. })| ModeStability {
+            .map(|(mode, LoopStability { spectral_radius, stable, axis, .. })| ModeStability {
                 contacts: mode.contacts,
                 spectral_radius,
                 stable,
+                axis,
             })
             .collect(),
     })
@@ -146,36 +158,55 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
     }
     let matrix = stepping::lift(spec, &layout).matrix;
     let structure = Structure::new(spec, &layout);
-    let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
     if matrix.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH) {
-        return Ok(outgrown(rigid_body_poles, loose_parts));
+        return Ok(outgrown(&structure));
     }
-    let mut eigenvalues = remaining_eigenvalues(matrix, &structure)?;
-    let drag_pole = (rigid_body_poles == 1).then(|| nearest_to_one(&eigenvalues)).flatten();
+    let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
+    let Remaining { mut eigenvalues, dominant } = remaining_eigenvalues(spec, &layout, matrix, &structure)?;
+    let drag_pole = (structure.dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
     eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
     let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
     let stable = spectral_radius < 1.0;
-    Ok(LoopStability { spectral_radius, stable, rigid_body_poles, drag_pole, loose_parts, eigenvalues })
+    Ok(LoopStability {
+        spectral_radius,
+        stable,
+        rigid_body_poles,
+        drag_pole,
+        loose_parts,
+        axis: dominant,
+        eigenvalues,
+    })
 }
 
 /// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
-fn outgrown(rigid_body_poles: u8, loose_parts: usize) -> LoopStability {
+fn outgrown(structure: &Structure) -> LoopStability {
     LoopStability {
         spectral_radius: f64::INFINITY,
         stable: false,
-        rigid_body_poles,
+        rigid_body_poles: structure.rigid.len() as u8,
         drag_pole: None,
-        loose_parts,
+        loose_parts: structure.loose.len(),
+        axis: None,
         eigenvalues: Vec::new(),
     }
 }
 
-/// The eigenvalues that do not follow from structure.
+/// What does not follow from structure.
+struct Remaining {
+    eigenvalues: Vec<Complex<f64>>,
+    /// The axis of the largest one.
+    dominant: Option<&'static str>,
+}
+
 fn remaining_eigenvalues(
+    spec: &LoopSpec,
+    layout: &Layout,
     mut matrix: DMatrix<f64>,
     structure: &Structure,
-) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+) -> Result<Remaining, EigenvalueError> {
     let scales = balance(&mut matrix);
+    let only_axis = dominant_axis(spec);
+    let balanced = matches!(only_axis, Dominant::Among).then(|| matrix.clone());
     let unscale = |vector: &DVector<f64>| DVector::from_fn(vector.len(), |i, _| vector[i] / scales[i]);
     let mut vectors: Vec<_> = structure.rigid.iter().chain(&structure.loose).map(unscale).collect();
     vectors.reverse();
@@ -193,7 +224,15 @@ fn remaining_eigenvalues(
     }
     balance(&mut matrix);
     eigenvalues::check(&matrix)?;
-    of_balanced(&matrix)
+    let eigenvalues = of_balanced(&matrix)?;
+    let dominant = match (only_axis, balanced) {
+        (Dominant::Only(axis), _) => Some(axis),
+        (Dominant::Among, Some(balanced)) => {
+            crate::dominant::axis_of_largest(spec, layout, &balanced, &scales, &eigenvalues)
+        }
+        (Dominant::Among, None) => None,
+    };
+    Ok(Remaining { eigenvalues, dominant })
 }
 
 /// Whether `A·v = v`, to rounding.
@@ -209,68 +248,4 @@ fn nearest_to_one(eigenvalues: &[Complex<f64>]) -> Option<f64> {
 fn period_s(spec: &LoopSpec) -> f64 {
     let control = spec.schedule.control();
     spec.schedule.ticks_per_pattern() as f64 * control.denominator() as f64 / control.numerator() as f64
-}
-
-/// What the scene has that the verdict does not cover.
-fn warnings(scene: &Scene, verdicts: &[LoopStability]) -> Vec<String> {
-    let mut warnings = Vec::new();
-    warn_of_link(scene, &mut warnings);
-    if verdicts.len() > 1 {
-        let each = if verdicts.iter().all(|verdict| verdict.stable) {
-            "each contact mode is stable"
-        } else {
-            "not every contact mode is stable"
-        };
-        warnings.push(format!("The wall is one-sided: {each}, switching between the modes is unproven."));
-        if scene.session.architecture == Architecture::Distributed {
-            warnings.push(
-                "Copies of the object can meet the wall at different instants; modes in which only some of them \
-                 touch it were not analysed."
-                    .to_owned(),
-            );
-        }
-    }
-    if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
-        warnings.push(
-            "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
-                .to_owned(),
-        );
-    }
-    warnings
-}
-
-fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
-    let used = || impairments(scene);
-    let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
-    let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));
-    if loss > 0.0 {
-        warnings.push(format!(
-            "Up to {:.3} % of the packets are lost; the analysis assumes that every sample arrives.",
-            loss * 100.0
-        ));
-    }
-    if jitter > 0.0 {
-        warnings.push(format!(
-            "Transit times vary by {:.3} ms in the mean; the analysis takes the constant part of the latency.",
-            jitter * 1e3
-        ));
-    }
-    if worst(|link| link.rate_limit_bytes_per_s) > 0.0 {
-        warnings.push("The link limits its rate; the analysis has no queues.".to_owned());
-    }
-    if scene.link.play_out == PlayOut::OnArrival && scene.link.delay_periods > 0 {
-        warnings.push("Samples are used on arrival, so link.delay_periods has no effect.".to_owned());
-    }
-}
-
-/// The impairments of all ways that samples take.
-fn impairments(scene: &Scene) -> impl Iterator<Item = &Impairment> {
-    let is_used = |from: usize, to: usize| match scene.session.architecture {
-        Architecture::Distributed => true,
-        Architecture::Centralized => from == 0 || to == 0,
-    };
-    scene.hosts().flat_map(move |from| {
-        let others = from.others(scene.session.users);
-        others.filter(move |to| is_used(from.index(), to.index())).map(move |to| scene.impairment(from, to))
-    })
 }

@@ -107,9 +107,7 @@ fn the_centralized_region_is_empty_from_two_periods_on() {
 /// b·T_t/m_h has the limit 2·sin(π/(4n + 2)): a mass that a held damper brakes n periods late.
 #[test]
 fn a_late_damper_has_its_closed_form_limit() {
-    use cotouch_analysis::loop_spec::{
-        Body, Coupling, Delay, Dynamics, Line, LoopSpec, Motion, Plant, Signal,
-    };
+    use cotouch_analysis::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
     use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
     for n in 0..4u32 {
         let limit = 2.0 * (std::f64::consts::PI / f64::from(4 * n + 2)).sin();
@@ -123,9 +121,9 @@ fn a_late_damper_has_its_closed_form_limit() {
                 quantity,
             });
             let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
-            let hand = spec.body(Body { states: states.to_vec(), dynamics });
+            let hand = spec.body(Body { states: states.to_vec(), axes: LINE, dynamics });
             let damper = spring(0.0, factor * limit * 0.1 * 128.0);
-            let force = Coupling { spring: damper, end: Motion::Current(hand), anchor: Motion::Ground };
+            let force = spec.spring(Motion::Current(hand), Motion::Ground, damper);
             let delay = Delay::Scheduled { periods: n, transit_ticks: 0 };
             let line = spec.line(Line { host, from, part: Part::FORCE, signal: Signal::Force(force), delay });
             spec.apply_held(hand, line);

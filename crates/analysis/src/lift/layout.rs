@@ -1,8 +1,9 @@
 //! Where each number of a loop's state lies.
 
-use cotouch_scene::names::{Coordinate, Quantity};
+use cotouch_scene::names::{Axis, Coordinate, Quantity};
 
-use crate::loop_spec::{LineId, LoopSpec, Signal};
+use crate::dof::motion_quantities;
+use crate::loop_spec::{Line, LineId, LoopSpec, Signal};
 
 /// Who keeps samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,28 +17,30 @@ pub(crate) enum Registers {
 /// A shift register of samples.
 #[derive(Clone, Debug)]
 pub(crate) struct Register {
-    /// What is sampled.
-    pub(crate) signal: Signal,
     /// The line with the longest delay, which names the samples.
     pub(crate) line: LineId,
     /// Samples of ages 1 to this number are part of the state.
     pub(crate) length: u32,
+    /// How many numbers a sample has.
+    pub(crate) numbers: usize,
     /// Place of the first number of age 1; the numbers of one sample lie together, then the next age follows.
     pub(crate) first: usize,
 }
 
 impl Register {
-    /// The numbers of one sample.
-    pub(crate) fn quantities(&self) -> &'static [Quantity] {
-        match self.signal {
-            Signal::Motion(_) => &[Quantity::X, Quantity::V],
-            Signal::Force(_) => &[Quantity::F],
-        }
-    }
-
     /// Place of the first number of the sample of age `age`.
     pub(crate) fn place(&self, age: u32) -> usize {
-        self.first + (age as usize - 1) * self.quantities().len()
+        self.first + (age as usize - 1) * self.numbers
+    }
+}
+
+/// What the numbers of a line's samples are.
+pub(crate) fn quantities(spec: &LoopSpec, line: &Line) -> Vec<Quantity> {
+    match &line.signal {
+        Signal::Motion(body) => motion_quantities(spec.bodies[body.0].axes).collect(),
+        Signal::Force(coupling) => {
+            Axis::ALL.into_iter().take(coupling.components).map(Quantity::Force).collect()
+        }
     }
 }
 
@@ -63,9 +66,10 @@ impl Layout {
         let (mut registers, register_of_line) = registers(spec, kind);
         for register in &mut registers {
             register.first = coordinates.len();
+            let line = &spec.lines[register.line.0];
+            let quantities = quantities(spec, line);
             for age in 1..=register.length {
-                let name = |&quantity| spec.lines[register.line.0].coordinate(quantity, age);
-                coordinates.extend(register.quantities().iter().map(name));
+                coordinates.extend(quantities.iter().map(|&quantity| line.coordinate(quantity, age)));
             }
         }
         Self { coordinates, bodies, registers, register_of_line }
@@ -80,7 +84,7 @@ fn registers(spec: &LoopSpec, kind: Registers) -> (Vec<Register>, Vec<usize>) {
         let shared = registers
             .iter_mut()
             .enumerate()
-            .find(|(_, register)| kind == Registers::Shared && register.signal == line.signal);
+            .find(|(_, other)| kind == Registers::Shared && spec.lines[other.line.0].signal == line.signal);
         if let Some((place, register)) = shared {
             if length > register.length {
                 (register.line, register.length) = (id, length);
@@ -88,7 +92,11 @@ fn registers(spec: &LoopSpec, kind: Registers) -> (Vec<Register>, Vec<usize>) {
             register_of_line.push(place);
         } else {
             register_of_line.push(registers.len());
-            registers.push(Register { signal: line.signal, line: id, length, first: 0 });
+            let numbers = match &line.signal {
+                Signal::Motion(body) => 2 * spec.bodies[body.0].axes.len(),
+                Signal::Force(coupling) => coupling.components,
+            };
+            registers.push(Register { line: id, length, numbers, first: 0 });
         }
     }
     (registers, register_of_line)

@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 use super::LiftedMap;
 use super::layout::{Layout, Register};
 use crate::discretise::Step;
-use crate::loop_spec::{Coupling, Delay, Force, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Body, Coupling, Delay, Force, LoopSpec, Motion, Signal};
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
@@ -23,7 +23,7 @@ pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
 
 /// `factor` times one row.
 #[derive(Clone, Copy, Debug)]
-struct Term<Row> {
+struct Weighted<Row> {
     row: Row,
     factor: f64,
 }
@@ -40,22 +40,32 @@ struct HeldNumber {
 /// A sum over current states and held samples.
 #[derive(Clone, Debug, Default)]
 struct Sum {
-    current: Vec<Term<usize>>,
-    held: Vec<Term<HeldNumber>>,
+    current: Vec<Weighted<usize>>,
+    held: Vec<Weighted<HeldNumber>>,
 }
 
 /// What a tick does, with every name resolved to a place.
 struct Program<'a> {
     schedule: &'a Schedule,
     delays: Vec<Delay>,
-    /// Place of the first state, and an index into `steps`.
-    bodies: Vec<(usize, usize)>,
+    bodies: Vec<Placed>,
     steps: Vec<Step>,
-    /// The force on each body.
+    /// Every component of the force on each body.
     forces: Vec<Sum>,
     registers: Vec<Samples>,
     states: usize,
     columns: usize,
+}
+
+/// Where a body's numbers lie.
+#[derive(Clone, Copy)]
+struct Placed {
+    /// Its first state.
+    state: usize,
+    /// The first component of its force.
+    force: usize,
+    /// An index into the program's steps.
+    step: usize,
 }
 
 /// A register: what its numbers are, and where its ring of samples lies.
@@ -81,7 +91,7 @@ impl<'a> Program<'a> {
             delays: Vec::new(),
             bodies: Vec::new(),
             steps: Vec::new(),
-            forces: vec![Sum::default(); spec.bodies.len()],
+            forces: vec![Sum::default(); spec.bodies.iter().map(|body| body.axes.len()).sum()],
             registers: Vec::new(),
             states: layout
                 .bodies
@@ -97,82 +107,87 @@ impl<'a> Program<'a> {
 
     fn add_bodies(&mut self, spec: &LoopSpec, layout: &Layout) {
         let period_s = spec.schedule.control().period_s();
+        let mut force = 0;
         for (index, body) in spec.bodies.iter().enumerate() {
             // Users mostly have equal hands: each kind of body is discretised once.
-            let known = spec.bodies[..index].iter().position(|other| other.dynamics == body.dynamics);
+            let is_same = |other: &Body| other.dynamics == body.dynamics && other.axes == body.axes;
+            let known = spec.bodies[..index].iter().position(is_same);
             let step = known.map_or_else(
                 || {
-                    self.steps.push(Step::new(&body.dynamics, period_s));
+                    self.steps.push(Step::new(body, period_s));
                     self.steps.len() - 1
                 },
-                |other| self.bodies[other].1,
+                |other| self.bodies[other].step,
             );
-            self.bodies.push((layout.bodies[index], step));
+            self.bodies.push(Placed { state: layout.bodies[index], force, step });
+            force += body.axes.len();
         }
     }
 
     fn add_forces(&mut self, spec: &LoopSpec, layout: &Layout) {
+        let mut forces = std::mem::take(&mut self.forces);
         for action in &spec.actions {
-            let mut sum = std::mem::take(&mut self.forces[action.body.0]);
-            match action.force {
-                Force::Coupling(coupling) => self.add_coupling(&mut sum, spec, layout, &coupling),
+            let first = self.bodies[action.body.0].force;
+            let sums = &mut forces[first..first + spec.bodies[action.body.0].axes.len()];
+            match &action.force {
+                Force::Coupling(coupling) => self.add_coupling(sums, spec, layout, coupling),
                 Force::Held(line) => {
-                    let row = self.held_number(spec, layout, line.0, 0);
-                    sum.held.push(Term { row, factor: 1.0 });
+                    for (component, sum) in sums.iter_mut().enumerate() {
+                        let row = self.held_number(spec, layout, line.0, component);
+                        sum.held.push(Weighted { row, factor: 1.0 });
+                    }
                 }
             }
-            self.forces[action.body.0] = sum;
         }
-        for sum in &mut self.forces {
+        for sum in &mut forces {
             merge(&mut sum.current);
             merge(&mut sum.held);
         }
+        self.forces = forces;
     }
 
     fn add_registers(&mut self, spec: &LoopSpec, layout: &Layout) {
         let mut first = 0;
         for register in &layout.registers {
-            let numbers = match register.signal {
-                Signal::Motion(body) => [0, 1].map(|output| self.output(body.0, output)).to_vec(),
-                Signal::Force(coupling) => {
-                    let mut sum = Sum::default();
-                    self.add_coupling(&mut sum, spec, layout, &coupling);
-                    vec![sum]
+            let signal = &spec.lines[register.line.0].signal;
+            let mut numbers = vec![Sum::default(); register.numbers];
+            match signal {
+                Signal::Motion(body) => {
+                    for (output, sum) in numbers.iter_mut().enumerate() {
+                        self.add_output(&mut sum.current, body.0, output, 1.0);
+                    }
                 }
-            };
-            let carries_force = matches!(register.signal, Signal::Force(_));
+                Signal::Force(coupling) => self.add_coupling(&mut numbers, spec, layout, coupling),
+            }
+            let carries_force = matches!(signal, Signal::Force(_));
             let samples = Samples { numbers, carries_force, ring: register.length as usize + 1, first };
             first += samples.ring * samples.numbers.len();
             self.registers.push(samples);
         }
     }
 
-    fn add_coupling(&mut self, sum: &mut Sum, spec: &LoopSpec, layout: &Layout, coupling: &Coupling) {
-        for (motion, sign) in [(coupling.anchor, 1.0), (coupling.end, -1.0)] {
-            let gains = [coupling.spring.stiffness_n_per_m, coupling.spring.damping_n_s_per_m];
-            for (output, gain) in gains.into_iter().enumerate().filter(|&(_, gain)| gain != 0.0) {
-                let factor = sign * gain;
-                match motion {
-                    Motion::Ground => {}
-                    Motion::Current(body) => {
-                        let terms = self.output(body.0, output).current.into_iter();
-                        sum.current.extend(terms.map(|term| Term { factor: factor * term.factor, ..term }));
-                    }
-                    Motion::Held(line) => {
-                        let row = self.held_number(spec, layout, line.0, output);
-                        sum.held.push(Term { row, factor });
-                    }
+    fn add_coupling(&mut self, sums: &mut [Sum], spec: &LoopSpec, layout: &Layout, coupling: &Coupling) {
+        for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
+            let sum = &mut sums[term.component];
+            match term.motion {
+                Motion::Ground => {}
+                Motion::Current(body) => self.add_output(&mut sum.current, body.0, term.number, term.gain),
+                Motion::Held(line) => {
+                    let row = self.held_number(spec, layout, line.0, term.number);
+                    sum.held.push(Weighted { row, factor: term.gain });
                 }
             }
         }
     }
 
-    /// A body's position (0) or velocity (1) in its states.
-    fn output(&self, body: usize, output: usize) -> Sum {
-        let (first, step) = self.bodies[body];
-        let row = self.steps[step].c.row(output);
-        let terms = row.iter().enumerate().map(|(state, &factor)| Term { row: first + state, factor });
-        Sum { current: terms.filter(|term| term.factor != 0.0).collect(), held: Vec::new() }
+    /// `factor` times one of a body's positions or velocities, in its states.
+    fn add_output(&self, sum: &mut Vec<Weighted<usize>>, body: usize, output: usize, factor: f64) {
+        let Placed { state: first, step, .. } = self.bodies[body];
+        for (state, &element) in self.steps[step].c.row(output).iter().enumerate() {
+            if element != 0.0 {
+                sum.push(Weighted { row: first + state, factor: factor * element });
+            }
+        }
     }
 
     fn held_number(&mut self, spec: &LoopSpec, layout: &Layout, line: usize, number: usize) -> HeldNumber {
@@ -186,7 +201,7 @@ impl<'a> Program<'a> {
 }
 
 /// Adds up the factors of equal rows.
-fn merge<Row: Ord + Copy>(terms: &mut Vec<Term<Row>>) {
+fn merge<Row: Ord + Copy>(terms: &mut Vec<Weighted<Row>>) {
     terms.sort_by_key(|term| term.row);
     terms.dedup_by(|next, kept| {
         let same = next.row == kept.row;
@@ -222,7 +237,7 @@ struct Run {
     states: Rows,
     next_states: Rows,
     samples: Rows,
-    /// The force on each body; the part of it that comes from held samples.
+    /// The components of the force on each body; the part of it that comes from held samples.
     forces: Rows,
     held_forces: Rows,
     /// For each delay: the step whose sample is held, and the tick from which the next one is.
@@ -238,8 +253,8 @@ impl Run {
             states: Rows::zeros(program.states, columns),
             next_states: Rows::zeros(program.states, columns),
             samples: Rows::zeros(sample_rows, columns),
-            forces: Rows::zeros(program.bodies.len(), columns),
-            held_forces: Rows::zeros(program.bodies.len(), columns),
+            forces: Rows::zeros(program.forces.len(), columns),
+            held_forces: Rows::zeros(program.forces.len(), columns),
             held: program.delays.iter().map(|_| (i64::MIN, i64::MIN)).collect(),
             next_step: 0,
         };
@@ -295,8 +310,8 @@ impl Run {
     }
 
     fn sum_held_forces(&mut self, program: &Program<'_>) {
-        for (body, sum) in program.forces.iter().enumerate() {
-            let force = self.held_forces.row_mut(body);
+        for (component, sum) in program.forces.iter().enumerate() {
+            let force = self.held_forces.row_mut(component);
             force.fill(0.0);
             add_held(force, sum, program, &self.samples, &self.held);
         }
@@ -304,16 +319,19 @@ impl Run {
 
     fn step_bodies(&mut self, program: &Program<'_>) {
         self.forces.data.copy_from_slice(&self.held_forces.data);
-        for (body, sum) in program.forces.iter().enumerate() {
-            add_current(self.forces.row_mut(body), sum, &self.states);
+        for (component, sum) in program.forces.iter().enumerate() {
+            add_current(self.forces.row_mut(component), sum, &self.states);
         }
         self.next_states.data.fill(0.0);
-        for (body, &(first, step)) in program.bodies.iter().enumerate() {
+        for &Placed { state: first, force, step } in &program.bodies {
             let step = &program.steps[step];
-            for state in 0..step.b.len() {
+            let (states, components) = step.b.shape();
+            for state in 0..states {
                 let next = self.next_states.row_mut(first + state);
-                add(next, step.b[state], self.forces.row(body));
-                for other in 0..step.b.len() {
+                for component in 0..components {
+                    add(next, step.b[(state, component)], self.forces.row(force + component));
+                }
+                for other in 0..states {
                     add(next, step.a[(state, other)], self.states.row(first + other));
                 }
             }
@@ -360,7 +378,7 @@ fn add_current(target: &mut [f64], sum: &Sum, states: &Rows) {
 }
 
 fn add_held(target: &mut [f64], sum: &Sum, program: &Program<'_>, samples: &Rows, held: &[(i64, i64)]) {
-    for Term { row, factor } in &sum.held {
+    for Weighted { row, factor } in &sum.held {
         let (step, _) = held[row.delay];
         add(target, *factor, samples.row(program.registers[row.register].row(step, row.number)));
     }

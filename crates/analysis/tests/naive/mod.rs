@@ -80,6 +80,7 @@ impl Simulation {
                     Part::FORCE => return &mut packet.force,
                     Part::HAND => &mut packet.hand,
                     Part::OBJECT => &mut packet.object,
+                    _ => panic!("a session on a line has no {part}"),
                 };
                 if quantity == Quantity::X { &mut point.x } else { &mut point.v }
             }

@@ -1,0 +1,77 @@
+//! Which sets of contacts are analysed.
+
+use cotouch_scene::Scene;
+
+use super::{ContactMode, compile_at};
+use crate::operating_point::Settled;
+
+/// At most so many modes are analysed one by one.
+const MOST_MODES: usize = 256;
+
+/// Every contact mode, the free one first, and what was left out, in plain sentences.
+pub(crate) fn modes(scene: &Scene) -> (Vec<ContactMode>, Vec<String>) {
+    let settled = Settled::of(scene);
+    let mut notes = settled.notes.clone();
+    let walls = wall_sets(&settled, &mut notes);
+    let fingers = finger_sets(&settled, walls.len(), &mut notes);
+    let always = settled.always();
+    let mut modes = Vec::new();
+    for wall in &walls {
+        for set in &fingers {
+            let leans: Vec<usize> = always.iter().chain(wall).copied().collect();
+            let point = settled.point(scene, set, &leans);
+            let of_fingers = set.iter().map(|&grip| settled.grips[grip].name.clone());
+            let of_walls = wall.iter().map(|lean: &usize| settled.leans[*lean].name.clone());
+            modes.push(ContactMode {
+                contacts: of_fingers.chain(of_walls).collect(),
+                settled: wall.is_none() && set.len() == settled.grips.len(),
+                spec: compile_at(scene, &point),
+            });
+        }
+    }
+    (modes, notes)
+}
+
+/// No wall, and each one alone.
+fn wall_sets(settled: &Settled, notes: &mut Vec<String>) -> Vec<Option<usize>> {
+    let switching = (0..settled.leans.len()).filter(|&lean| !settled.leans[lean].two_sided);
+    let sets: Vec<_> = std::iter::once(None).chain(switching.map(Some)).collect();
+    if sets.len() > 2 {
+        notes.push("Modes in which two walls are touched at once were not analysed.".to_owned());
+    }
+    sets
+}
+
+/// Every set of fingers; where these are too many, the ones nearest to none and to all.
+fn finger_sets(settled: &Settled, walls: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+    let grips = settled.grips.len();
+    if u32::try_from(grips)
+        .ok()
+        .and_then(|grips| 1usize.checked_shl(grips))
+        .is_some_and(|all| all * walls <= MOST_MODES)
+    {
+        let members = |set: usize| (0..grips).filter(|&grip| set >> grip & 1 == 1).collect();
+        return (0..1usize << grips).map(members).collect();
+    }
+    notes.push(format!(
+        "{grips} fingers have too many contact modes: analysed are none, each finger alone, each user alone, all but one \
+         finger, all but one user, and all."
+    ));
+    let all = || 0..grips;
+    let keep = |is_in: &dyn Fn(usize) -> bool| all().filter(|&grip| is_in(grip)).collect::<Vec<_>>();
+    let mut users: Vec<_> = settled.grips.iter().map(|grip| grip.user).collect();
+    users.dedup();
+    let mut sets = vec![Vec::new()];
+    for grip in all() {
+        sets.push(vec![grip]);
+        sets.push(keep(&|other| other != grip));
+    }
+    for user in users {
+        sets.push(keep(&|grip| settled.grips[grip].user == user));
+        sets.push(keep(&|grip| settled.grips[grip].user != user));
+    }
+    sets.push(all().collect());
+    sets.sort_by_key(|set| (set.len(), set.clone()));
+    sets.dedup();
+    sets
+}

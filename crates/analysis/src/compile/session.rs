@@ -1,0 +1,332 @@
+//! A session about an operating point, as a loop.
+
+use std::collections::BTreeMap;
+
+use cotouch_scene::Scene;
+use cotouch_scene::geometry::Pose;
+use cotouch_scene::names::{Coordinate, HostIndex, Part};
+use cotouch_scene::scene::{
+    Action, Architecture, Coordination, PlayOut, RotationalSpringDamper, Space, SpringDamper,
+    VelocityEstimate,
+};
+use glam::{DMat3, DQuat, DVec3};
+
+use super::endpoint_mass;
+use crate::contact::{Gains, Geometry, Linear, couple_copies, damp};
+use crate::dof::motion_quantities;
+use crate::loop_spec::{
+    Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
+    PLANE_POINT, Plant, SPACE_BODY, SPACE_POINT, Signal,
+};
+use crate::operating_point::{
+    CornerContact, FingerContact, OperatingPoint, body_inertia, gains, has_surface, hosts_with_copies,
+};
+
+/// A latency that exceeds a whole number of ticks by no more than this counts as that number: instants are rounded
+/// to nanoseconds.
+const INSTANT_RESOLUTION_S: f64 = 1e-9;
+
+/// A session that is being written down.
+pub(super) struct Session<'a> {
+    scene: &'a Scene,
+    point: &'a OperatingPoint,
+    bodies: Vec<cotouch_scene::scene::Body>,
+    spec: LoopSpec,
+    /// `[user][finger]`.
+    fingers: Vec<Vec<BodyId>>,
+    /// `[host][body]`; none for what is fixed, or not kept at this host.
+    copies: Vec<Vec<Option<BodyId>>>,
+    lines: BTreeMap<(HostIndex, HostIndex, Part), LineId>,
+}
+
+/// One force between a finger and a copy of a body.
+struct Touch {
+    user: HostIndex,
+    finger: usize,
+    body: usize,
+    law: Linear,
+}
+
+impl<'a> Session<'a> {
+    pub(super) fn new(scene: &'a Scene, point: &'a OperatingPoint) -> Self {
+        let mut session = Self {
+            scene,
+            point,
+            bodies: scene.world_bodies(),
+            spec: LoopSpec::new(scene.schedule()),
+            fingers: Vec::new(),
+            copies: Vec::new(),
+            lines: BTreeMap::new(),
+        };
+        let keepers: Vec<_> = hosts_with_copies(scene).collect();
+        for host in scene.hosts() {
+            let fingers = 0..scene.users[host.index()].fingers.len();
+            let fingers = fingers.map(|finger| session.add_finger(host, finger)).collect();
+            session.fingers.push(fingers);
+            let copies = 0..session.bodies.len();
+            let copies =
+                copies.map(|body| keepers.contains(&host).then(|| session.add_copy(host, body)).flatten());
+            let copies = copies.collect();
+            session.copies.push(copies);
+        }
+        for host in keepers {
+            session.add_touches(host);
+            session.add_walls(host);
+            if scene.session.architecture == Architecture::Distributed {
+                session.add_couplers(host);
+            }
+        }
+        session
+    }
+
+    pub(super) fn into_spec(self) -> LoopSpec {
+        self.spec
+    }
+
+    /// A finger with its arm's and its tracking impedance, the governor's sampled damping, and what its sensor remembers.
+    fn add_finger(&mut self, host: HostIndex, finger: usize) -> BodyId {
+        let scene = self.scene;
+        let user = &scene.users[host.index()];
+        let script = &user.fingers[finger].script;
+        let script = if script.is_empty() { &user.script } else { script };
+        // Tracking stays on between a script's tracking actions, so that one linear loop describes the whole run.
+        let tracking = script.iter().any(Action::tracks).then_some(user.tracking);
+        let to_ground = SpringDamper {
+            stiffness_n_per_m: scene.hand.stiffness_n_per_m + tracking.map_or(0.0, |t| t.stiffness_n_per_m),
+            damping_n_s_per_m: scene.hand.damping_n_s_per_m + tracking.map_or(0.0, |t| t.damping_n_s_per_m),
+        };
+        let axes = point_axes(scene.space);
+        let index = finger as u8;
+        let plant = Plant::endpoint(&endpoint_mass(scene, host, index), axes.len(), to_ground);
+        let mut states = names(host, Part::Hand(index), axes);
+        let sensor = names(host, Part::Sensor(index), axes);
+        let dynamics = match scene.device.velocity {
+            VelocityEstimate::Exact => Dynamics::Plant(plant),
+            VelocityEstimate::Difference => {
+                states.extend(sensor.into_iter().take(axes.len()));
+                Dynamics::Sensed { plant, estimate: Estimate::Difference }
+            }
+            VelocityEstimate::Filtered => {
+                states.extend(sensor);
+                let cutoff_rad_per_s = std::f64::consts::TAU * scene.device.velocity_cutoff_hz;
+                Dynamics::Sensed { plant, estimate: Estimate::Filtered { cutoff_rad_per_s } }
+            }
+        };
+        let hand = self.spec.body(Body { states, axes, dynamics });
+        let damper =
+            SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: scene.governor.damping_n_s_per_m };
+        self.spec.pull(hand, Motion::Ground, damper);
+        hand
+    }
+
+    /// A copy of a body with its damping or compensation.
+    fn add_copy(&mut self, host: HostIndex, index: usize) -> Option<BodyId> {
+        let (scene, body) = (self.scene, &self.bodies[index]);
+        if body.fixed {
+            return None;
+        }
+        let (mass_kg, integrator) = (body.mass_kg, scene.session.integrator);
+        let axes = body_axes(scene.space, has_surface(&body.shape));
+        let dynamics = if axes.iter().any(|dof| dof.turns()) {
+            let turn = DMat3::from_quat(self.point.poses[host.index()][index].orientation);
+            let inertia = turn * body_inertia(body) * turn.transpose();
+            Dynamics::Rigid { mass_kg, inertia, integrator }
+        } else {
+            Dynamics::Mass { mass_kg, integrator }
+        };
+        let states = names(host, Part::Object(index as u8), axes);
+        let copy = self.spec.body(Body { states, axes, dynamics });
+        let linear = scene.object.axis_damping_n_s_per_m + DVec3::splat(scene.object.damping_n_s_per_m);
+        let mut damping = Coupling::new(axes.len());
+        let moving = (Motion::Current(copy), axes);
+        damp(&mut damping, moving, linear, scene.object.rotational_damping_n_m_s_per_rad);
+        self.act(copy, damping);
+        Some(copy)
+    }
+
+    fn act(&mut self, body: BodyId, force: Coupling) {
+        if !force.terms.is_empty() {
+            self.spec.act(body, force);
+        }
+    }
+
+    /// Fingers on the copies at `host`, and for a client's finger the force that goes back to it.
+    fn add_touches(&mut self, host: HostIndex) {
+        let centralized = self.scene.session.architecture == Architecture::Centralized;
+        for user in std::iter::once(host).chain(host.others(self.scene.session.users)) {
+            for finger in 0..self.fingers[user.index()].len() {
+                let touches = self.touches(host, user, finger);
+                if touches.is_empty() {
+                    continue;
+                }
+                let hand = self.fingers[user.index()][finger];
+                let axes = self.spec.bodies[hand.0].axes;
+                let own = user == host;
+                let motion = if own {
+                    Motion::Current(hand)
+                } else {
+                    Motion::Held(self.held(host, user, Part::Hand(finger as u8), hand))
+                };
+                let mut on_finger = Coupling::new(axes.len());
+                for touch in touches {
+                    let copy = self.copies[host.index()][touch.body];
+                    let body = copy.map(|copy| (Motion::Current(copy), self.spec.bodies[copy.0].axes));
+                    touch.law.on_point(&mut on_finger, axes, (motion, axes), body);
+                    if let (Some(copy), Some(body)) = (copy, body) {
+                        let mut on_body = Coupling::new(body.1.len());
+                        touch.law.on_body(&mut on_body, body.1, (motion, axes), body);
+                        self.act(copy, on_body);
+                    }
+                }
+                if own {
+                    self.act(hand, on_finger);
+                } else if centralized {
+                    self.send_force(host, user, finger, on_finger);
+                }
+            }
+        }
+    }
+
+    /// The forces between one finger and the copies at `host`.
+    fn touches(&self, host: HostIndex, user: HostIndex, finger: usize) -> Vec<Touch> {
+        let Gains { normal, .. } = gains(self.scene, host, user);
+        let mut touches = Vec::new();
+        // Without a surface: coupled to the centre of the first body.
+        if self.bodies.first().is_some_and(|body| !has_surface(&body.shape)) {
+            touches.push(Touch { user, finger, body: 0, law: Linear::bilateral(normal) });
+        }
+        let here = |contact: &&FingerContact| {
+            (contact.host, contact.user, usize::from(contact.finger)) == (host, user, finger)
+        };
+        touches.extend(self.point.fingers.iter().filter(here).map(|contact| self.touch(contact)));
+        touches.retain(|touch| (touch.user, touch.finger) == (user, finger));
+        touches
+    }
+
+    fn touch(&self, contact: &FingerContact) -> Touch {
+        let body = usize::from(contact.body);
+        let pose: Pose = self.point.poses[contact.host.index()][body];
+        let geometry = Geometry {
+            normal: contact.normal,
+            curvature: contact.curvature,
+            stretch: pose.to_local(contact.centre) - contact.anchor,
+        };
+        let gains = gains(self.scene, contact.host, contact.user);
+        let arm = contact.centre - pose.position;
+        let law = Linear::contact(&gains, &geometry, pose.orientation, arm, contact.force);
+        Touch { user: contact.user, finger: usize::from(contact.finger), body, law }
+    }
+
+    fn send_force(&mut self, server: HostIndex, client: HostIndex, finger: usize, force: Coupling) {
+        let line = self.spec.line(Line {
+            host: client,
+            from: server,
+            part: Part::Force(finger as u8),
+            signal: Signal::Force(force),
+            delay: delay(self.scene, server, client),
+        });
+        self.spec.apply_held(self.fingers[client.index()][finger], line);
+    }
+
+    fn add_walls(&mut self, host: HostIndex) {
+        let (scene, point) = (self.scene, self.point);
+        let walls = scene.walls();
+        for &CornerContact { wall, body, corner, force, .. } in
+            point.corners.iter().filter(|at| at.host == host)
+        {
+            let index = usize::from(body);
+            let Some(copy) = self.copies[host.index()][index] else { continue };
+            let wall_spring =
+                |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
+            let along = if has_surface(&self.bodies[index].shape) { 1.0 } else { 0.0 };
+            let gains = Gains {
+                normal: wall_spring(scene.wall.stiffness_n_per_m, scene.wall.damping_n_s_per_m),
+                tangential: wall_spring(
+                    along * scene.wall.tangential_stiffness_n_per_m,
+                    along * scene.wall.tangential_damping_n_s_per_m,
+                ),
+            };
+            let normal = walls[wall].normal.normalize();
+            let flat = Geometry { normal, curvature: DMat3::ZERO, stretch: DVec3::ZERO };
+            let arm = point.poses[host.index()][index].orientation * corner;
+            let law = Linear::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
+            let axes = self.spec.bodies[copy.0].axes;
+            let mut on_body = Coupling::new(axes.len());
+            law.on_own_point(&mut on_body, axes, (Motion::Current(copy), axes));
+            self.act(copy, on_body);
+        }
+    }
+
+    /// What keeps the copies at `host` together with all others.
+    fn add_couplers(&mut self, host: HostIndex) {
+        let coupling = &self.scene.coupling;
+        let share = match self.scene.session.coordination {
+            Coordination::Pairwise => 1.0,
+            // k_o·(mean − x_i) = Σ_j k_o/U·(x_j − x_i), the own copy adding nothing.
+            Coordination::Average => 1.0 / f64::from(self.scene.session.users),
+        };
+        let spring = SpringDamper {
+            stiffness_n_per_m: coupling.object_object.stiffness_n_per_m * share,
+            damping_n_s_per_m: coupling.object_object.damping_n_s_per_m * share,
+        };
+        let rotational = RotationalSpringDamper {
+            stiffness_n_m_per_rad: coupling.object_object_rotational.stiffness_n_m_per_rad * share,
+            damping_n_m_s_per_rad: coupling.object_object_rotational.damping_n_m_s_per_rad * share,
+        };
+        for from in host.others(self.scene.session.users) {
+            for body in 0..self.bodies.len() {
+                let copies = (self.copies[host.index()][body], self.copies[from.index()][body]);
+                let (Some(near), Some(far)) = copies else { continue };
+                let line = self.held(host, from, Part::Object(body as u8), far);
+                let axes = self.spec.bodies[near.0].axes;
+                let turned = |host: HostIndex| self.point.poses[host.index()][body].orientation;
+                let apart = turned(from) * turned(host).conjugate();
+                let mut force = Coupling::new(axes.len());
+                let near_motion = (Motion::Current(near), axes);
+                couple_copies(&mut force, near_motion, Motion::Held(line), spring, rotational, apart);
+                self.act(near, force);
+            }
+        }
+    }
+
+    /// The line on which `host` gets the samples of a body of `from`.
+    fn held(&mut self, host: HostIndex, from: HostIndex, part: Part, body: BodyId) -> LineId {
+        let (spec, scene) = (&mut self.spec, self.scene);
+        *self.lines.entry((host, from, part)).or_insert_with(|| {
+            let delay = delay(scene, from, host);
+            spec.line(Line { host, from, part, signal: Signal::Motion(body), delay })
+        })
+    }
+}
+
+fn names(host: HostIndex, part: Part, axes: &'static [Dof]) -> Vec<Coordinate> {
+    motion_quantities(axes).map(|quantity| Coordinate::Own { host, part, quantity }).collect()
+}
+
+fn point_axes(space: Space) -> &'static [Dof] {
+    match space {
+        Space::Line => LINE,
+        Space::Plane => PLANE_POINT,
+        Space::Space => SPACE_POINT,
+    }
+}
+
+/// What has no surface has no inertia of turning, and does not turn.
+fn body_axes(space: Space, turns: bool) -> &'static [Dof] {
+    match space {
+        Space::Plane if turns => PLANE_BODY,
+        Space::Space if turns => SPACE_BODY,
+        Space::Line | Space::Plane | Space::Space => point_axes(space),
+    }
+}
+
+/// The constant delay of samples from one host to another.
+fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
+    let latency_s = scene.impairment(from, to).latency_s;
+    let transit_ticks =
+        ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;
+    match scene.link.play_out {
+        PlayOut::Scheduled => Delay::Scheduled { periods: scene.play_out_periods(from), transit_ticks },
+        PlayOut::OnArrival => Delay::OnArrival { transit_ticks },
+    }
+}

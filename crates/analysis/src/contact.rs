@@ -1,0 +1,217 @@
+//! The exact first-order change of a contact's force about an operating point.
+//!
+//! A finger's centre `c` sticks to a body at position `p`, turned by `R`. In the body's frame, with `u = Rᵀ(c − p)`, the
+//! outward normal `n(u)`, the depth `d(u)`, the anchor `a` and `P = I − n·nᵀ`, the force on the finger is `R·φ`,
+//!
+//! ```text
+//! φ  = k_N·d·n − k_T·P·(u − a) − (b_N·n·nᵀ + b_T·P)·w,       w = Rᵀ·(ċ − ṗ − ω×(c − p))                thesis (7.3)
+//! φ' = −k_N·n·nᵀ − k_T·P + (f_n + k_T·nᵀ(u − a))·C + k_T·n·(Cᵀ(u − a))ᵀ,       C = dn/du, 0 on a flat face
+//! ```
+//!
+//! and with the arm `r = c − p`, the force `F₀` at the operating point, and a small turn θ of the body,
+//!
+//! ```text
+//! δF = J·(δc − δp − θ×r) + θ×F₀ + D·(δċ − δṗ − δω×r),        J = R·φ'·Rᵀ
+//! torque on the body: δτ = −(δc − δp)×F₀ − r×δF
+//! ```
+//!
+//! The terms with `F₀` are the geometric stiffness of preload.
+
+use cotouch_scene::scene::{RotationalSpringDamper, SpringDamper};
+use glam::{DMat3, DQuat, DVec3};
+
+use crate::loop_spec::{Columns, Coupling, Dof, Motion, Rows};
+
+/// A motion and the ways in which it moves.
+pub(crate) type Moving = (Motion, &'static [Dof]);
+
+const POSITION: Columns = Columns { turns: false, velocity: false };
+const VELOCITY: Columns = Columns { turns: false, velocity: true };
+const TURN: Columns = Columns { turns: true, velocity: false };
+const SPIN: Columns = Columns { turns: true, velocity: true };
+
+/// `v×` as a matrix.
+pub(crate) fn cross(v: DVec3) -> DMat3 {
+    DMat3::from_cols(DVec3::new(0.0, v.z, -v.y), DVec3::new(-v.z, 0.0, v.x), DVec3::new(v.y, -v.x, 0.0))
+}
+
+/// `a·bᵀ`.
+pub(crate) fn outer(a: DVec3, b: DVec3) -> DMat3 {
+    DMat3::from_cols(a * b.x, a * b.y, a * b.z)
+}
+
+/// `normal·n·nᵀ + tangential·(I − n·nᵀ)`.
+fn anisotropic(normal: f64, tangential: f64, n: DVec3) -> DMat3 {
+    outer(n, n) * (normal - tangential) + DMat3::IDENTITY * tangential
+}
+
+/// Stiffness and damping across and along a surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Gains {
+    pub(crate) normal: SpringDamper,
+    pub(crate) tangential: SpringDamper,
+}
+
+/// The geometry of a contact in the frame of the surface.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Geometry {
+    /// Outward, of length 1.
+    pub(crate) normal: DVec3,
+    /// How the normal turns as the sphere's centre moves, 1/m.
+    pub(crate) curvature: DMat3,
+    /// From the anchor to the sphere's centre, m.
+    pub(crate) stretch: DVec3,
+}
+
+/// A force on a point, to first order.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Linear {
+    /// J, N/m.
+    position: DMat3,
+    /// D, N·s/m.
+    velocity: DMat3,
+    /// r, m.
+    arm: DVec3,
+    /// F₀, N.
+    force: DVec3,
+}
+
+impl Linear {
+    /// A contact with a surface that is turned by `orientation` and whose body's centre is `arm` (m, world) from the
+    /// sphere's centre; `force` acts on the sphere (N, world).
+    pub(crate) fn contact(
+        gains: &Gains,
+        at: &Geometry,
+        orientation: DQuat,
+        arm: DVec3,
+        force: DVec3,
+    ) -> Self {
+        let &Geometry { normal, curvature, stretch } = at;
+        let (k_n, k_t) = (gains.normal.stiffness_n_per_m, gains.tangential.stiffness_n_per_m);
+        let press = (orientation.conjugate() * force).dot(normal);
+        let local = curvature * (press + k_t * normal.dot(stretch))
+            + outer(normal, curvature.transpose() * stretch) * k_t
+            - anisotropic(k_n, k_t, normal);
+        let damping = anisotropic(gains.normal.damping_n_s_per_m, gains.tangential.damping_n_s_per_m, normal);
+        let turn = DMat3::from_quat(orientation);
+        let to_world = |matrix: DMat3| turn * matrix * turn.transpose();
+        Self { position: to_world(local), velocity: -to_world(damping), arm, force }
+    }
+
+    /// A spring and a damper to a body's centre, pulling both ways.
+    pub(crate) fn bilateral(spring: SpringDamper) -> Self {
+        Self {
+            position: DMat3::from_diagonal(DVec3::splat(-spring.stiffness_n_per_m)),
+            velocity: DMat3::from_diagonal(DVec3::splat(-spring.damping_n_s_per_m)),
+            arm: DVec3::ZERO,
+            force: DVec3::ZERO,
+        }
+    }
+
+    /// Adds the force on the point to that on a finger.
+    pub(crate) fn on_point(
+        &self,
+        on: &mut Coupling,
+        axes: &'static [Dof],
+        point: Moving,
+        body: Option<Moving>,
+    ) {
+        let rows = Rows { axes, turns: false };
+        self.add(on, rows, &[(DMat3::IDENTITY, self.turn(), DMat3::ZERO)], point, body);
+    }
+
+    /// Adds the reaction to the force and torque on the body.
+    pub(crate) fn on_body(&self, on: &mut Coupling, axes: &'static [Dof], point: Moving, body: Moving) {
+        let (arm, force) = (cross(self.arm), cross(self.force));
+        let rows = |turns| Rows { axes, turns };
+        self.add(on, rows(false), &[(-DMat3::IDENTITY, -self.turn(), DMat3::ZERO)], point, Some(body));
+        self.add(on, rows(true), &[(-arm, -(arm * self.turn()), force)], point, Some(body));
+    }
+
+    /// ∂F/∂θ.
+    fn turn(&self) -> DMat3 {
+        self.position * cross(self.arm) - cross(self.force)
+    }
+
+    /// Adds `lever·δF`, with `turn` = `lever·∂F/∂θ` and `more` on top of the position's gain.
+    fn add(
+        &self,
+        on: &mut Coupling,
+        rows: Rows,
+        parts: &[(DMat3, DMat3, DMat3)],
+        point: Moving,
+        body: Option<Moving>,
+    ) {
+        for &(lever, turn, more) in parts {
+            let (position, velocity) = (lever * self.position + more, lever * self.velocity);
+            on.add(rows, point, POSITION, &position);
+            on.add(rows, point, VELOCITY, &velocity);
+            if let Some(body) = body {
+                on.add(rows, body, POSITION, &-position);
+                on.add(rows, body, VELOCITY, &-velocity);
+                on.add(rows, body, TURN, &turn);
+                on.add(rows, body, SPIN, &(velocity * cross(self.arm)));
+            }
+        }
+    }
+
+    /// Adds the force on a point that is fixed to the body (a corner against a wall) to that on the body; here `arm`
+    /// goes from the body's centre to the corner, and `force` acts on the body.
+    ///
+    /// δF = J·(δp + θ×ρ) + D·(δṗ + δω×ρ),  δτ = (θ×ρ)×F₀ + ρ×δF.
+    pub(crate) fn on_own_point(&self, on: &mut Coupling, axes: &'static [Dof], body: Moving) {
+        let (arm, force) = (cross(self.arm), cross(self.force));
+        for (turns, lever, more) in [(false, DMat3::IDENTITY, DMat3::ZERO), (true, arm, force * arm)] {
+            let rows = Rows { axes, turns };
+            let (position, velocity) = (lever * self.position, lever * self.velocity);
+            on.add(rows, body, POSITION, &position);
+            on.add(rows, body, VELOCITY, &velocity);
+            on.add(rows, body, TURN, &(more - position * arm));
+            on.add(rows, body, SPIN, &-(velocity * arm));
+        }
+    }
+}
+
+/// Adds the coupler between two copies of a body to the wrench on `near`: springs and dampers between their positions,
+/// and a torque along the rotation vector φ of `q_far·q_near⁻¹`, whose derivative is J_l⁻¹(φ)·θ_far − J_r⁻¹(φ)·θ_near.
+pub(crate) fn couple_copies(
+    on: &mut Coupling,
+    (near, axes): Moving,
+    far: Motion,
+    spring: SpringDamper,
+    rotational: RotationalSpringDamper,
+    apart: DQuat,
+) {
+    let diagonal = |gain: f64| DMat3::from_diagonal(DVec3::splat(gain));
+    let (k, b) = (rotational.stiffness_n_m_per_rad, rotational.damping_n_m_s_per_rad);
+    let left = inverse_left_jacobian(apart.to_scaled_axis());
+    let moves = Rows { axes, turns: false };
+    let turns = Rows { axes, turns: true };
+    for (motion, sign, jacobian) in [(far, 1.0, left), (near, -1.0, left.transpose())] {
+        let motion = (motion, axes);
+        on.add(moves, motion, POSITION, &diagonal(sign * spring.stiffness_n_per_m));
+        on.add(moves, motion, VELOCITY, &diagonal(sign * spring.damping_n_s_per_m));
+        on.add(turns, motion, TURN, &(jacobian * (sign * k)));
+        on.add(turns, motion, SPIN, &diagonal(sign * b));
+    }
+}
+
+/// Adds damping to the ground: along each axis (N·s/m), and of turning (N·m·s/rad).
+pub(crate) fn damp(on: &mut Coupling, body: Moving, linear: DVec3, rotational: f64) {
+    let rows = |turns| Rows { axes: body.1, turns };
+    on.add(rows(false), body, VELOCITY, &DMat3::from_diagonal(-linear));
+    on.add(rows(true), body, SPIN, &DMat3::from_diagonal(DVec3::splat(-rotational)));
+}
+
+/// J_l⁻¹(φ) = I − ½·φ× + (1/|φ|² − (1 + cos|φ|)/(2·|φ|·sin|φ|))·φ×·φ×; its transpose is J_r⁻¹.
+fn inverse_left_jacobian(vector: DVec3) -> DMat3 {
+    const SMALL: f64 = 1e-3;
+    let angle = vector.length();
+    let square = if angle < SMALL {
+        1.0 / 12.0 + angle * angle / 720.0
+    } else {
+        (1.0 - 0.5 * angle / (0.5 * angle).tan()) / (angle * angle)
+    };
+    let cross = cross(vector);
+    DMat3::IDENTITY - cross * 0.5 + cross * cross * square
+}

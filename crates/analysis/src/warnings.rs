@@ -1,0 +1,154 @@
+//! What a verdict does not cover, in plain sentences.
+
+use cotouch_scene::scene::{Architecture, DeviceKind, Impairment, PlayOut, Scene, ShapeKind, Space};
+
+use crate::compile::ContactMode;
+use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
+use crate::stability::LoopStability;
+
+/// What the scene has that the verdict does not cover.
+pub(crate) fn warnings(
+    scene: &Scene,
+    modes: &[ContactMode],
+    verdicts: &[LoopStability],
+    notes: Vec<String>,
+) -> Vec<String> {
+    let mut warnings = Vec::new();
+    warn_of_link(scene, &mut warnings);
+    warn_of_modes(scene, modes, verdicts, &mut warnings);
+    warnings.extend(notes);
+    warn_of_contact(scene, &mut warnings);
+    warn_of_device(scene, &mut warnings);
+    if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
+        warnings.push(
+            "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
+                .to_owned(),
+        );
+    }
+    warnings
+}
+
+fn warn_of_modes(
+    scene: &Scene,
+    modes: &[ContactMode],
+    verdicts: &[LoopStability],
+    warnings: &mut Vec<String>,
+) {
+    if modes.len() < 2 {
+        return;
+    }
+    let each = if verdicts.iter().all(|verdict| verdict.stable) {
+        "each contact mode is stable"
+    } else {
+        "not every contact mode is stable"
+    };
+    let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
+    let what = if has_surfaces { "Contacts open and close" } else { "The wall is one-sided" };
+    warnings.push(format!("{what}: {each}, switching between the modes is unproven."));
+    if scene.session.architecture == Architecture::Distributed {
+        let who = match (has_surfaces, scene.wall.exists()) {
+            (false, _) => "Copies of the object can meet the wall",
+            (true, false) => "Fingers can meet the copies of a body",
+            (true, true) => "Fingers and walls can meet the copies of a body",
+        };
+        warnings.push(format!(
+            "{who} at different instants; modes in which only some of them touch were not analysed."
+        ));
+    }
+}
+
+/// What of contacts is not linear.
+fn warn_of_contact(scene: &Scene, warnings: &mut Vec<String>) {
+    let bodies = scene.world_bodies();
+    let with_surface = || bodies.iter().filter(|body| has_surface(&body.shape));
+    if with_surface().next().is_none() {
+        return;
+    }
+    if let Some(contact) = slips(scene) {
+        warnings.push(format!(
+            "The settled grasp needs more friction than {contact} has; contacts are taken to stick."
+        ));
+    }
+    let ground = &scene.ground;
+    if scene.space == Space::Plane
+        && (ground.friction_coefficient > 0.0 || ground.rotational_friction_coefficient > 0.0)
+    {
+        warnings.push("The ground's friction is not linear and left out; it only takes energy.".to_owned());
+    }
+    if scene.contact.moment_cancellation {
+        warnings.push("Moment cancellation acts on first contact only and is left out.".to_owned());
+    }
+    if with_surface().any(|body| matches!(body.shape.kind, ShapeKind::Hull | ShapeKind::Mesh)) {
+        warnings.push("Meshes and hulls are taken as flat where fingers touch them.".to_owned());
+    }
+    if bodies.len() > 1 {
+        warnings.push("Contacts between bodies were not analysed.".to_owned());
+    }
+}
+
+/// A finger whose contact would slide in the settled grasp.
+fn slips(scene: &Scene) -> Option<String> {
+    let point = OperatingPoint::settled_grasp(scene);
+    let slips = |contact: &&FingerContact| {
+        let pose = &point.poses[contact.host.index()][usize::from(contact.body)];
+        let normal = pose.orientation * contact.normal;
+        let press_n = contact.force.dot(normal);
+        let along_n = (contact.force - normal * press_n).length();
+        along_n > scene.contact.static_friction * press_n + 1e-9
+    };
+    let contact = point.fingers.iter().find(slips)?;
+    Some(format!("finger {} of {}", contact.finger + 1, scene.users[contact.user.index()].name))
+}
+
+/// What of devices is not linear.
+fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
+    let device = &scene.device;
+    if device.kind == DeviceKind::Point {
+        return;
+    }
+    if device.encoder_counts_per_turn > 0 {
+        warnings.push("Encoders count in steps; the analysis takes positions as exact.".to_owned());
+    }
+    if device.max_joint_torque_n_m > 0.0 {
+        warnings.push("Joint torques are limited; the analysis takes forces as rendered in full.".to_owned());
+    }
+    if device.inertia {
+        warnings.push("The inertia of the device's links is left out.".to_owned());
+    }
+}
+
+fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
+    let used = || impairments(scene);
+    let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
+    let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));
+    if loss > 0.0 {
+        warnings.push(format!(
+            "Up to {:.3} % of the packets are lost; the analysis assumes that every sample arrives.",
+            loss * 100.0
+        ));
+    }
+    if jitter > 0.0 {
+        warnings.push(format!(
+            "Transit times vary by {:.3} ms in the mean; the analysis takes the constant part of the latency.",
+            jitter * 1e3
+        ));
+    }
+    if worst(|link| link.rate_limit_bytes_per_s) > 0.0 {
+        warnings.push("The link limits its rate; the analysis has no queues.".to_owned());
+    }
+    if scene.link.play_out == PlayOut::OnArrival && scene.link.delay_periods > 0 {
+        warnings.push("Samples are used on arrival, so link.delay_periods has no effect.".to_owned());
+    }
+}
+
+/// The impairments of all ways that samples take.
+fn impairments(scene: &Scene) -> impl Iterator<Item = &Impairment> {
+    let is_used = |from: usize, to: usize| match scene.session.architecture {
+        Architecture::Distributed => true,
+        Architecture::Centralized => from == 0 || to == 0,
+    };
+    scene.hosts().flat_map(move |from| {
+        let others = from.others(scene.session.users);
+        others.filter(move |to| is_used(from.index(), to.index())).map(move |to| scene.impairment(from, to))
+    })
+}
