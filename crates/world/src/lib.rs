@@ -22,5 +22,6 @@
 //! ```
 
 pub mod coupler;
+pub mod proxy;
 pub mod rigid;
 pub mod wall;

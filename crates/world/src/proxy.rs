@@ -1,0 +1,250 @@
+//! Contact of a sphere with a triangle mesh through a proxy: a second sphere of the same radius that stays outside.
+//!
+//! The *haptic sphere* is where the device is, and may be inside the surface. The *proxy* (Ruspini & Khatib 1997; the
+//! god-object of Zilles & Salisbury 1995) follows it as near as the surface lets it:
+//!
+//! ```text
+//! minimise |x − g|²   such that   |x − p| ≥ r for every point p of the surface,
+//! ```
+//!
+//! along a path from where it was, so that no speed takes it through a plate however thin. Every step of that path
+//! goes through a region that is known to be free: the triangles near the proxy are convex, so that each leaves a
+//! half-space to the sphere, bounded by the plane across the shortest way from the triangle to it,
+//! `n·(x − p) ≥ r`. The nearest point of all of these half-spaces is found exactly: one plane holds the proxy on a
+//! face, two in a groove, three in a corner. From there the half-spaces are drawn again, until the proxy rests. On a
+//! convex edge or corner that gives the smooth normal of the shortest way.
+//!
+//! All of this is in the frame of the body that has the surface, so that a body's motion is a motion of the haptic
+//! sphere. A surface that changes its shape carries proxies along ([`MeshSurface::deform`]).
+//!
+//! ```
+//! use cotouch_world::proxy::{MeshSurface, ProxyState};
+//! use glam::DVec3;
+//!
+//! // A triangle in the plane z = 0, seen from above, and a sphere of 5 mm that is moved 2 mm into it at once.
+//! let vertices = vec![DVec3::new(-1.0, -1.0, 0.0), DVec3::new(1.0, -1.0, 0.0), DVec3::new(0.0, 1.0, 0.0)];
+//! let surface = MeshSurface::new(vertices, &[[0, 1, 2]])?;
+//! let mut state = ProxyState::default();
+//! assert_eq!(surface.probe(&mut state, DVec3::new(0.0, 0.0, 0.1), 0.005), None);
+//! let probe = surface.probe(&mut state, DVec3::new(0.0, 0.0, 0.003), 0.005).expect("contact");
+//! assert!((probe.depth_m - 0.002).abs() < 1e-12 && probe.normal == DVec3::Z);
+//! # Ok::<(), cotouch_world::proxy::SurfaceError>(())
+//! ```
+
+mod half_space;
+mod mesh_surface;
+mod tree;
+mod triangle;
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+pub use mesh_surface::{MeshSurface, SurfaceError};
+
+use half_space::{Foot, HalfSpace, TOLERANCE_M};
+
+/// Smaller spheres (m) are treated as this large: a point has no side to be on.
+pub const LEAST_RADIUS_M: f64 = 1e-6;
+
+/// A sphere that starts deeper (m) than this and than its radius is not touched until it was outside.
+pub const MOST_START_DEPTH_M: f64 = 1e-3;
+
+/// A region's least extent, as a part of the sphere's radius.
+const LEAST_REACH: f64 = 0.01;
+
+/// Most regions that a proxy passes through in one probe, and most steps in each: the bound of the work.
+const MAX_REGIONS: usize = 32;
+const MAX_STEPS: usize = 12;
+
+/// Where the proxy of one sphere on one surface is: a plain value. Starts, and is started again, as the default.
+///
+/// It is about one sphere that is probed every tick: who leaves out ticks, say because the body is far, sets it back
+/// to the default, or the proxy will come from where it was last.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ProxyState {
+    /// Whether the proxy exists: the sphere was outside.
+    outside: bool,
+    contact: bool,
+    triangle: u32,
+    generation: u32,
+    proxy: DVec3,
+    centre: DVec3,
+}
+
+impl ProxyState {
+    /// The proxy's centre, m, in the body's frame; None while the sphere was never outside.
+    #[must_use]
+    pub fn proxy(&self) -> Option<DVec3> {
+        self.outside.then_some(self.proxy)
+    }
+
+    /// The triangle that holds the proxy most, counted as given; None without contact.
+    #[must_use]
+    pub fn triangle(&self) -> Option<u32> {
+        self.contact.then_some(self.triangle)
+    }
+}
+
+/// A sphere in contact.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// From the haptic sphere to the proxy, outward, unit, body's frame.
+    pub normal: DVec3,
+    /// How far the proxy is from the haptic sphere, m.
+    pub depth_m: f64,
+    /// The surface's point that the proxy touches (of several, where it presses most), m, body's frame.
+    pub point: DVec3,
+}
+
+/// What the proxy does in one probe.
+struct Slide {
+    at: DVec3,
+    /// The triangle that holds it most.
+    triangle: Option<u32>,
+}
+
+impl MeshSurface {
+    /// Moves the proxy after a sphere of `radius_m` that is now at `centre` (m, body's frame). None without contact.
+    ///
+    /// What is not a number, or negative, gives None and leaves the state. A sphere that starts inside is not
+    /// touched until it was outside, unless a small move takes it out ([`MOST_START_DEPTH_M`]). Probe at least once
+    /// for every [`MeshSurface::deform`]: a proxy that misses one starts again. Bounded work, no allocation; where
+    /// the bound is met, the proxy is late, outside the surface, and goes on at the next probe.
+    pub fn probe(&self, state: &mut ProxyState, centre: DVec3, radius_m: f64) -> Option<Probe> {
+        if !(centre.is_finite() && radius_m.is_finite() && radius_m >= 0.0) {
+            return None;
+        }
+        let radius = radius_m.max(LEAST_RADIUS_M);
+        let generation = self.generation();
+        let Some((start, moved)) = self.start(state, centre, radius) else {
+            *state = ProxyState { generation, centre, ..ProxyState::default() };
+            return None;
+        };
+        let slide = self.slide(start, centre, radius, moved);
+        let (contact, triangle) =
+            (slide.triangle.is_some(), slide.triangle.map_or(0, |at| self.given_as(at)));
+        *state = ProxyState { outside: true, contact, triangle, generation, proxy: slide.at, centre };
+        let (normal, depth_m) = (slide.at - centre).normalize_and_length();
+        let point = self.nearest_of(slide.triangle?, slide.at);
+        (depth_m > 0.0).then_some(Probe { normal, depth_m, point })
+    }
+
+    /// Where the proxy starts from, and about how far (m) it will have to go.
+    fn start(&self, state: &ProxyState, centre: DVec3, radius: f64) -> Option<(DVec3, f64)> {
+        let known = state.outside && state.proxy.is_finite() && state.centre.is_finite();
+        let step = state.centre.distance(centre);
+        match self.generation().wrapping_sub(state.generation) {
+            0 if known => Some((state.proxy, step)),
+            1 if known => {
+                let at = self.carry(state.proxy, radius)?;
+                Some((at, step + at.distance(state.proxy)))
+            }
+            _ => self.enter(centre, radius).map(|start| (start, start.distance(centre))),
+        }
+    }
+
+    /// A place for a proxy of a sphere of which nothing is known.
+    fn enter(&self, centre: DVec3, radius: f64) -> Option<DVec3> {
+        if self.distance_at_least(centre) > radius {
+            return Some(centre);
+        }
+        let (nearest, outward) = self.nearest(centre)?;
+        let away = centre - nearest;
+        let sign = if outward.dot(away) < 0.0 { -1.0 } else { 1.0 };
+        let distance = sign * away.length();
+        if distance >= radius {
+            return Some(centre);
+        }
+        if radius - distance > radius.max(MOST_START_DEPTH_M) {
+            return None;
+        }
+        let normal = if distance.abs() > 1e-9 { away / distance } else { outward };
+        let start = nearest + normal * radius;
+        // Among other faces the way out is not that short.
+        self.signed_distance(start).is_some_and(|(distance, _)| distance >= 0.9 * radius).then_some(start)
+    }
+
+    /// Where the change of the surface's shape takes a proxy.
+    fn carry(&self, proxy: DVec3, radius: f64) -> Option<DVec3> {
+        let carried = [1, 4, 16, 64].into_iter().find_map(|pieces| self.carried(proxy, radius, pieces));
+        carried.or_else(|| {
+            // It is between faces that leave it no room: with the nearest, as long as it stays outside.
+            let dragged = self.dragged(proxy)?;
+            (self.signed_distance(dragged)?.0 >= 0.0).then_some(dragged)
+        })
+    }
+
+    /// From `at` as near to `goal` as the surface lets a proxy slide.
+    fn slide(&self, mut at: DVec3, goal: DVec3, radius: f64, moved: f64) -> Slide {
+        let least = LEAST_REACH * radius;
+        let mut reach = (1.5 * moved + least).min(2.0 * at.distance(goal) + TOLERANCE_M);
+        let mut triangle = None;
+        for _ in 0..MAX_REGIONS {
+            let listed = self.half_spaces(at, radius, radius + reach);
+            if listed.is_err() && reach > least {
+                reach = (0.5 * reach).max(least);
+                continue;
+            }
+            let mut listed = listed.ok();
+            let home = at;
+            let mut left = false;
+            for step in 0..MAX_STEPS {
+                if let (Some(spaces), true) = (&mut listed, step > 0) {
+                    for space in spaces {
+                        *space = self.half_space(space.triangle as usize, at, radius).0;
+                    }
+                }
+                let foot = match &listed {
+                    Some(spaces) => nearest_or_less(at, goal, spaces),
+                    None => self.nearest_unlisted(goal, (home, radius + reach), (at, radius)),
+                };
+                let Some(foot) = foot else { break };
+                triangle = most_held(&foot);
+                let next = within(home, reach, at, foot.point);
+                left = next != foot.point;
+                let far = next.distance(at);
+                at = next;
+                if left || triangle.is_none() || far <= TOLERANCE_M {
+                    break;
+                }
+            }
+            if !left {
+                break;
+            }
+            reach *= 2.0;
+        }
+        Slide { at, triangle }
+    }
+}
+
+/// The nearest point of the half-spaces; where they leave no room, of larger ones that `at` is in.
+fn nearest_or_less(at: DVec3, goal: DVec3, spaces: &[HalfSpace]) -> Option<Foot> {
+    half_space::nearest(goal, |point| half_space::worst_of(spaces, point)).or_else(|| {
+        half_space::nearest(goal, |point| {
+            let excess = |space: &HalfSpace| space.excess(point);
+            let relaxed =
+                |space: &HalfSpace| HalfSpace { offset: space.offset.min(space.normal.dot(at)), ..*space };
+            let worst = spaces.iter().map(relaxed).max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+            (excess(&worst) > TOLERANCE_M).then_some(worst)
+        })
+    })
+}
+
+/// The triangle that holds a proxy most.
+fn most_held(foot: &Foot) -> Option<u32> {
+    let most = foot.held.iter().max_by(|a, b| a.1.total_cmp(&b.1));
+    most.map(|(space, _)| space.triangle)
+}
+
+/// `to`, or the last point on the way there from `from` that is within `reach` (m) of `home`, as `from` is.
+fn within(home: DVec3, reach: f64, from: DVec3, to: DVec3) -> DVec3 {
+    if to.distance_squared(home) <= reach * reach {
+        return to;
+    }
+    // |from + s·way − home| = reach
+    let (way, offset) = (to - from, from - home);
+    let (a, b) = (way.length_squared(), offset.dot(way));
+    let c = (offset.length_squared() - reach * reach).min(0.0);
+    let share = ((b * b - a * c).sqrt() - b) / a;
+    from + way * share.clamp(0.0, 1.0)
+}
