@@ -41,13 +41,16 @@ use serde::{Deserialize, Serialize};
 
 pub use mesh_surface::{MeshSurface, SurfaceError};
 
-use half_space::{Foot, HalfSpace, TOLERANCE_M};
+use half_space::{Foot, HalfSpace, Held, TOLERANCE_M};
 
 /// Smaller spheres (m) are treated as this large: a point has no side to be on.
 pub const LEAST_RADIUS_M: f64 = 1e-6;
 
 /// A sphere that starts deeper (m) than this and than its radius is not touched until it was outside.
 pub const MOST_START_DEPTH_M: f64 = 1e-3;
+
+/// A triangle nearer (m) to the proxy's surface than this touches it.
+const TOUCHES_M: f64 = 1e-12;
 
 /// A region's least extent, as a part of the sphere's radius.
 const LEAST_REACH: f64 = 0.01;
@@ -180,7 +183,7 @@ impl MeshSurface {
         let mut reach = (1.5 * moved + least).min(2.0 * at.distance(goal) + TOLERANCE_M);
         let mut triangle = None;
         for _ in 0..MAX_REGIONS {
-            let listed = self.half_spaces(at, radius, radius + reach);
+            let listed = self.half_spaces((at, radius), radius + reach, Some(goal));
             if listed.is_err() && reach > least {
                 reach = (0.5 * reach).max(least);
                 continue;
@@ -188,10 +191,12 @@ impl MeshSurface {
             let mut listed = listed.ok();
             let home = at;
             let mut left = false;
+            let mut easy = listed.is_some();
             for step in 0..MAX_STEPS {
                 if let (Some(spaces), true) = (&mut listed, step > 0) {
+                    let towards = easy.then_some(goal);
                     for space in spaces {
-                        *space = self.half_space(space.triangle as usize, at, radius).0;
+                        *space = self.half_space(space.triangle as usize, (at, radius), towards).0;
                     }
                 }
                 let foot = match &listed {
@@ -202,11 +207,17 @@ impl MeshSurface {
                 triangle = most_held(&foot);
                 let next = within(home, reach, at, foot.point);
                 left = next != foot.point;
-                let far = next.distance(at);
+                let rests = next.distance(at) <= TOLERANCE_M;
                 at = next;
-                if left || triangle.is_none() || far <= TOLERANCE_M {
+                // What is held by triangles that it touches is as near as it gets; planes may also hold where their
+                // triangles are not.
+                let touches = |(space, _): &Held| {
+                    self.nearest_of(space.triangle, at).distance(at) <= radius + TOUCHES_M
+                };
+                if left || foot.held.iter().all(touches) || (rests && !easy) {
                     break;
                 }
+                easy = listed.is_some() && !rests;
             }
             if !left {
                 break;

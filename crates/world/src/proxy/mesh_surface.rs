@@ -185,18 +185,18 @@ impl MeshSurface {
         self.tree.distance(point)
     }
 
-    /// The half-spaces in which a sphere at `centre` may move freely as far as the triangles within `reach_m` of its
-    /// centre are concerned. Each triangle is convex, so that the plane across its shortest way to the centre has
+    /// The half-spaces in which a sphere (centre, radius) may move freely as far as the triangles within `reach_m` of
+    /// its centre are concerned. Each triangle is convex, so that the plane across its shortest way to the centre has
     /// all of it on the other side: half-spaces, and everything within all of them, can be entered in straight lines.
     pub(super) fn half_spaces(
         &self,
-        centre: DVec3,
-        radius_m: f64,
+        sphere: (DVec3, f64),
         reach_m: f64,
+        goal: Option<DVec3>,
     ) -> Result<HalfSpaces, TooMany> {
         let mut found = HalfSpaces::new();
-        let flow = self.tree.near(centre, reach_m, |at| {
-            let (space, distance) = self.half_space(at, centre, radius_m);
+        let flow = self.tree.near(sphere.0, reach_m, |at| {
+            let (space, distance) = self.half_space(at, sphere, goal);
             if distance > reach_m || found.try_push(space).is_ok() {
                 ControlFlow::Continue(())
             } else {
@@ -209,17 +209,17 @@ impl MeshSurface {
         }
     }
 
-    /// [`half_space::nearest`] for all triangles within `reach_m` of `home`, listed or not, seen from `centre`.
+    /// [`half_space::nearest`] for all triangles within `reach_m` of `home`, listed or not, seen from the sphere.
     pub(super) fn nearest_unlisted(
         &self,
         goal: DVec3,
         (home, reach_m): (DVec3, f64),
-        (centre, radius_m): (DVec3, f64),
+        sphere: (DVec3, f64),
     ) -> Option<Foot> {
         half_space::nearest(goal, |point| {
             let mut worst = (half_space::TOLERANCE_M, None);
             let _: ControlFlow<()> = self.tree.near(home, reach_m, |at| {
-                let (space, _) = self.half_space(at, centre, radius_m);
+                let (space, _) = self.half_space(at, sphere, None);
                 if space.excess(point) > worst.0 {
                     worst = (space.excess(point), Some(space));
                 }
@@ -230,12 +230,26 @@ impl MeshSurface {
     }
 
     /// What the triangle `at` leaves to a sphere at `centre`, and how far (m) the triangle is from there.
+    ///
+    /// Every plane that has the triangle on one side and the sphere on the other would do. The one across the
+    /// shortest way has the sphere touch where it holds; on the way to a `goal` another may keep less from it.
     #[inline]
-    pub(super) fn half_space(&self, at: usize, centre: DVec3, radius_m: f64) -> (HalfSpace, f64) {
+    pub(super) fn half_space(
+        &self,
+        at: usize,
+        (centre, radius_m): (DVec3, f64),
+        goal: Option<DVec3>,
+    ) -> (HalfSpace, f64) {
         let corners = &self.corners[at];
         let nearest = triangle::closest_point(corners, centre);
         let (normal, distance) = direction(corners, nearest, centre);
-        (HalfSpace { normal, offset: normal.dot(nearest) + radius_m, triangle: at as u32 }, distance)
+        let space = HalfSpace { normal, offset: normal.dot(nearest) + radius_m, triangle: at as u32 };
+        let blocked = goal.filter(|&goal| space.excess(goal) > half_space::TOLERANCE_M);
+        let towards = blocked.and_then(|goal| plane_towards(corners, (centre, nearest), goal));
+        let easier =
+            towards.map(|(normal, on)| HalfSpace { normal, offset: normal.dot(on) + radius_m, ..space });
+        let valid = easier.filter(|easier| easier.excess(centre) <= half_space::TOLERANCE_M);
+        (valid.unwrap_or(space), distance)
     }
 
     /// Where a sphere at `centre` goes when the surface moves from its previous shape to the present one: as little
@@ -317,6 +331,24 @@ fn direction(corners: &[DVec3; 3], nearest: DVec3, centre: DVec3) -> (DVec3, f64
     let away = centre - nearest;
     let distance = away.length();
     if distance > 1e-12 { (away / distance, distance) } else { (triangle::normal(corners), distance) }
+}
+
+/// Normal and point of the plane that a sphere on its way from `centre` to `goal` would touch the triangle with: its
+/// own where it passes over it, so that seams between faces stop nothing; at edges and corners, where the goal is
+/// outside, the plane across the goal's shortest way.
+fn plane_towards(
+    corners: &[DVec3; 3],
+    (centre, nearest): (DVec3, DVec3),
+    goal: DVec3,
+) -> Option<(DVec3, DVec3)> {
+    let end = triangle::closest_point(corners, goal);
+    let own = triangle::normal(corners);
+    let own = if own.dot(centre - nearest) < 0.0 { -own } else { own };
+    if triangle::weights(corners, nearest.midpoint(end)).into_iter().all(|weight| weight > 1e-9) {
+        return Some((own, end));
+    }
+    let (normal, distance) = (goal - end).normalize_and_length();
+    (distance > 1e-9 && own.dot(goal - end) >= 0.0).then_some((normal, end))
 }
 
 fn check_finite(vertices: &[DVec3]) -> Result<(), SurfaceError> {

@@ -8,9 +8,9 @@ use glam::DVec3;
 
 /// Vertices and triangles.
 #[derive(Clone, Default)]
-pub struct Mesh {
-    pub vertices: Vec<DVec3>,
-    pub triangles: Vec<[u32; 3]>,
+pub(crate) struct Mesh {
+    pub(crate) vertices: Vec<DVec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
     known: HashMap<[i64; 3], u32>,
 }
 
@@ -29,12 +29,12 @@ impl Mesh {
     }
 
     /// Every vertex moved.
-    pub fn map(mut self, to: impl Fn(DVec3) -> DVec3) -> Self {
+    pub(crate) fn map(mut self, to: impl Fn(DVec3) -> DVec3) -> Self {
         self.vertices.iter_mut().for_each(|vertex| *vertex = to(*vertex));
         self
     }
 
-    pub fn surface(&self) -> MeshSurface {
+    pub(crate) fn surface(&self) -> MeshSurface {
         MeshSurface::new(self.vertices.clone(), &self.triangles).unwrap()
     }
 
@@ -43,12 +43,12 @@ impl Mesh {
     }
 
     /// The distance (m) of `point` from the nearest triangle.
-    pub fn distance(&self, point: DVec3) -> f64 {
+    pub(crate) fn distance(&self, point: DVec3) -> f64 {
         self.corners().map(|corners| distance(corners, point)).fold(f64::INFINITY, f64::min)
     }
 
     /// How many times the surface goes around `point` (van Oosterom & Strackee 1983).
-    pub fn winding_number(&self, point: DVec3) -> f64 {
+    pub(crate) fn winding_number(&self, point: DVec3) -> f64 {
         let solid_angle = |corners: [DVec3; 3]| {
             let [a, b, c] = corners.map(|corner| corner - point);
             let (la, lb, lc) = (a.length(), b.length(), c.length());
@@ -59,7 +59,7 @@ impl Mesh {
     }
 
     /// The distance (m), negative inside.
-    pub fn signed_distance(&self, point: DVec3) -> f64 {
+    pub(crate) fn signed_distance(&self, point: DVec3) -> f64 {
         let distance = self.distance(point);
         if self.winding_number(point) > 0.5 { -distance } else { distance }
     }
@@ -80,7 +80,7 @@ fn distance([a, b, c]: [DVec3; 3], point: DVec3) -> f64 {
 }
 
 /// A ball of about `20·n²` triangles: an icosahedron with every edge in `n` parts.
-pub fn ball(radius: f64, n: u32) -> Mesh {
+pub(crate) fn ball(radius: f64, n: u32) -> Mesh {
     let golden = f64::midpoint(1.0, 5.0f64.sqrt());
     let mut corners = Vec::new();
     for (one, large) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
@@ -121,13 +121,13 @@ fn divide(mesh: &mut Mesh, [a, b, c]: [DVec3; 3], n: u32) {
 }
 
 /// How far (m) the bumpy ball is from its centre in a direction.
-pub fn bumpy_radius(direction: DVec3, radius: f64, height: f64, waves: f64) -> f64 {
+pub(crate) fn bumpy_radius(direction: DVec3, radius: f64, height: f64, waves: f64) -> f64 {
     let DVec3 { x, y, z } = direction;
     radius + height * (waves * x).sin() * (waves * y).sin() * (waves * z).cos()
 }
 
 /// A ball with bumps and hollows.
-pub fn bumpy_ball(radius: f64, height: f64, waves: f64, n: u32) -> Mesh {
+pub(crate) fn bumpy_ball(radius: f64, height: f64, waves: f64, n: u32) -> Mesh {
     ball(1.0, n).map(|direction| direction * bumpy_radius(direction, radius, height, waves))
 }
 
@@ -144,7 +144,7 @@ fn sheet(mesh: &mut Mesh, (n, m): (u32, u32), at: impl Fn(f64, f64) -> DVec3) {
 }
 
 /// A ring around z: `2·n·m` triangles.
-pub fn torus(large: f64, small: f64, n: u32, m: u32) -> Mesh {
+pub(crate) fn torus(large: f64, small: f64, n: u32, m: u32) -> Mesh {
     let mut mesh = Mesh::default();
     sheet(&mut mesh, (n, m), |u, v| {
         let (u, v) = (u * std::f64::consts::TAU, v * std::f64::consts::TAU);
@@ -155,14 +155,14 @@ pub fn torus(large: f64, small: f64, n: u32, m: u32) -> Mesh {
 }
 
 /// An open sheet in the plane z = 0, its outside up, `2·n²` triangles.
-pub fn grid(size: f64, n: u32) -> Mesh {
+pub(crate) fn grid(size: f64, n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     sheet(&mut mesh, (n, n), |u, v| DVec3::new((u - 0.5) * size, (v - 0.5) * size, 0.0));
     mesh
 }
 
 /// A closed box with faces of `2·n²` triangles.
-pub fn cuboid(size: DVec3, n: u32) -> Mesh {
+pub(crate) fn cuboid(size: DVec3, n: u32) -> Mesh {
     let mut mesh = Mesh::default();
     for axis in 0..3 {
         for side in [-0.5, 0.5] {
