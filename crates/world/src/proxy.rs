@@ -42,6 +42,7 @@ use serde::{Deserialize, Serialize};
 pub use mesh_surface::{MeshSurface, SurfaceError};
 
 use half_space::{Foot, HalfSpace, Held, TOLERANCE_M};
+use mesh_surface::HalfSpaces;
 
 /// Smaller spheres (m) are treated as this large: a point has no side to be on.
 pub const LEAST_RADIUS_M: f64 = 1e-6;
@@ -49,11 +50,14 @@ pub const LEAST_RADIUS_M: f64 = 1e-6;
 /// A sphere that starts deeper (m) than this and than its radius is not touched until it was outside.
 pub const MOST_START_DEPTH_M: f64 = 1e-3;
 
+/// Coordinates and radii (m) beyond this are not taken for ones.
+pub const FURTHEST_M: f64 = 1e6;
+
 /// A triangle nearer (m) to the proxy's surface than this touches it.
 const TOUCHES_M: f64 = 1e-12;
 
 /// A region's least extent, as a part of the sphere's radius.
-const LEAST_REACH: f64 = 0.01;
+const LEAST_REACH: f64 = 0.003;
 
 /// Most regions that a proxy passes through in one probe, and most steps in each: the bound of the work.
 const MAX_REGIONS: usize = 32;
@@ -109,21 +113,22 @@ struct Slide {
 impl MeshSurface {
     /// Moves the proxy after a sphere of `radius_m` that is now at `centre` (m, body's frame). None without contact.
     ///
-    /// What is not a number, or negative, gives None and leaves the state. A sphere that starts inside is not
+    /// What is not a number, negative, or beyond [`FURTHEST_M`], gives None and leaves the state. A sphere that starts inside is not
     /// touched until it was outside, unless a small move takes it out ([`MOST_START_DEPTH_M`]). Probe at least once
     /// for every [`MeshSurface::deform`]: a proxy that misses one starts again. Bounded work, no allocation; where
     /// the bound is met, the proxy is late, outside the surface, and goes on at the next probe.
     pub fn probe(&self, state: &mut ProxyState, centre: DVec3, radius_m: f64) -> Option<Probe> {
-        if !(centre.is_finite() && radius_m.is_finite() && radius_m >= 0.0) {
+        let within = centre.abs().cmple(DVec3::splat(FURTHEST_M)).all();
+        if !(within && (0.0..=FURTHEST_M).contains(&radius_m)) {
             return None;
         }
         let radius = radius_m.max(LEAST_RADIUS_M);
         let generation = self.generation();
-        let Some((start, moved)) = self.start(state, centre, radius) else {
+        let Some((start, ahead)) = self.start(state, centre, radius) else {
             *state = ProxyState { generation, centre, ..ProxyState::default() };
             return None;
         };
-        let slide = self.slide(start, centre, radius, moved);
+        let slide = self.slide(start, centre, radius, ahead);
         let (contact, triangle) =
             (slide.triangle.is_some(), slide.triangle.map_or(0, |at| self.given_as(at)));
         *state = ProxyState { outside: true, contact, triangle, generation, proxy: slide.at, centre };
@@ -132,18 +137,21 @@ impl MeshSurface {
         (depth_m > 0.0).then_some(Probe { normal, depth_m, point })
     }
 
-    /// Where the proxy starts from, and about how far (m) it will have to go.
-    fn start(&self, state: &ProxyState, centre: DVec3, radius: f64) -> Option<(DVec3, f64)> {
+    /// Where the proxy starts from, and about how far it will have to go from there.
+    fn start(&self, state: &ProxyState, centre: DVec3, radius: f64) -> Option<(DVec3, DVec3)> {
         let known = state.outside && state.proxy.is_finite() && state.centre.is_finite();
-        let step = state.centre.distance(centre);
-        match self.generation().wrapping_sub(state.generation) {
-            0 if known => Some((state.proxy, step)),
-            1 if known => {
-                let at = self.carry(state.proxy, radius)?;
-                Some((at, step + at.distance(state.proxy)))
+        let at = match self.generation().wrapping_sub(state.generation) {
+            0 if known => state.proxy,
+            1 if known => self.carry(state.proxy, radius)?,
+            _ => {
+                let at = self.enter(centre, radius)?;
+                return Some((at, centre - at));
             }
-            _ => self.enter(centre, radius).map(|start| (start, start.distance(centre))),
-        }
+        };
+        let step = centre - state.centre;
+        let pressed =
+            if state.contact { (state.proxy - state.centre).normalize_or_zero() } else { DVec3::ZERO };
+        Some((at, step - pressed * step.dot(pressed)))
     }
 
     /// A place for a proxy of a sphere of which nothing is known.
@@ -177,33 +185,37 @@ impl MeshSurface {
         })
     }
 
-    /// From `at` as near to `goal` as the surface lets a proxy slide.
-    fn slide(&self, mut at: DVec3, goal: DVec3, radius: f64, moved: f64) -> Slide {
+    /// From `at` as near to `goal` as the surface lets a proxy slide, by about `ahead`.
+    fn slide(&self, mut at: DVec3, goal: DVec3, radius: f64, ahead: DVec3) -> Slide {
         let least = LEAST_REACH * radius;
-        let mut reach = (1.5 * moved + least).min(2.0 * at.distance(goal) + TOLERANCE_M);
+        let (mut home, mut reach) = (at + 0.5 * ahead, 0.6 * ahead.length() + least);
+        let mut spaces = HalfSpaces::new();
         let mut triangle = None;
         for _ in 0..MAX_REGIONS {
-            let listed = self.half_spaces((at, radius), radius + reach, Some(goal));
-            if listed.is_err() && reach > least {
-                reach = (0.5 * reach).max(least);
+            let listed = self.half_spaces((at, radius), (home, reach), &mut spaces).is_ok();
+            if !listed && reach > least {
+                (home, reach) = (at, (0.5 * reach).max(least));
                 continue;
             }
-            let mut listed = listed.ok();
-            let home = at;
             let mut left = false;
-            let mut easy = listed.is_some();
+            let mut easy = listed;
             for step in 0..MAX_STEPS {
-                if let (Some(spaces), true) = (&mut listed, step > 0) {
-                    let towards = easy.then_some(goal);
-                    for space in spaces {
-                        *space = self.half_space(space.triangle as usize, (at, radius), towards).0;
+                if listed && step > 0 {
+                    for space in &mut spaces {
+                        *space = self.half_space(space.triangle as usize, (at, radius));
                     }
                 }
-                let foot = match &listed {
-                    Some(spaces) => nearest_or_less(at, goal, spaces),
-                    None => self.nearest_unlisted(goal, (home, radius + reach), (at, radius)),
+                let foot = if listed {
+                    self.nearest_listed(goal, (at, radius), &mut spaces, easy)
+                        .or_else(|| nearest_of_larger(at, goal, &spaces))
+                } else {
+                    self.nearest_unlisted(goal, (home, radius + reach), (at, radius))
                 };
-                let Some(foot) = foot else { break };
+                let Some(foot) = foot else {
+                    let nearest = half_space::worst_of(&spaces, goal).map(|worst| spaces[worst].triangle);
+                    triangle = triangle.or(nearest);
+                    break;
+                };
                 triangle = most_held(&foot);
                 let next = within(home, reach, at, foot.point);
                 left = next != foot.point;
@@ -217,27 +229,26 @@ impl MeshSurface {
                 if left || foot.held.iter().all(touches) || (rests && !easy) {
                     break;
                 }
-                easy = listed.is_some() && !rests;
+                easy = listed && !rests;
             }
             if !left {
                 break;
             }
-            reach *= 2.0;
+            (home, reach) = (at, 2.0 * reach);
         }
         Slide { at, triangle }
     }
 }
 
-/// The nearest point of the half-spaces; where they leave no room, of larger ones that `at` is in.
-fn nearest_or_less(at: DVec3, goal: DVec3, spaces: &[HalfSpace]) -> Option<Foot> {
-    half_space::nearest(goal, |point| half_space::worst_of(spaces, point)).or_else(|| {
-        half_space::nearest(goal, |point| {
-            let excess = |space: &HalfSpace| space.excess(point);
-            let relaxed =
-                |space: &HalfSpace| HalfSpace { offset: space.offset.min(space.normal.dot(at)), ..*space };
-            let worst = spaces.iter().map(relaxed).max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
-            (excess(&worst) > TOLERANCE_M).then_some(worst)
-        })
+/// The point nearest to `goal` of half-spaces that are just so much larger that `at` is in all of them: for where they
+/// leave no room.
+fn nearest_of_larger(at: DVec3, goal: DVec3, spaces: &[HalfSpace]) -> Option<Foot> {
+    half_space::nearest(goal, |point| {
+        let excess = |space: &HalfSpace| space.excess(point);
+        let relaxed =
+            |space: &HalfSpace| HalfSpace { offset: space.offset.min(space.normal.dot(at)), ..*space };
+        let worst = spaces.iter().map(relaxed).max_by(|a, b| excess(a).total_cmp(&excess(b)))?;
+        (excess(&worst) > TOLERANCE_M).then_some(worst)
     })
 }
 

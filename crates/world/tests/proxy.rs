@@ -1,8 +1,11 @@
 //! A proxy on meshes, held against exact shapes and against sums over all triangles.
 #![allow(missing_docs)]
+#![allow(unsafe_code, reason = "a global allocator that counts")]
 
 mod common;
 
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::cell::Cell;
 use std::f64::consts::TAU;
 
 use common::{Mesh, ball, bumpy_ball, bumpy_radius, cuboid, grid, torus};
@@ -13,6 +16,50 @@ use proptest::prelude::*;
 const TICK_S: f64 = 1e-3;
 const STIFFNESS_N_PER_M: f64 = 1000.0;
 const EPSILON_M: f64 = 1e-8;
+
+struct Counting;
+
+thread_local! {
+    static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+}
+
+// SAFETY: every call is passed on to the system's allocator unchanged.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        // A thread that ends may allocate after its count is gone.
+        let _ = ALLOCATIONS.try_with(|count| count.set(count.get() + 1));
+        // SAFETY: as above.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        // SAFETY: as above.
+        unsafe { System.dealloc(pointer, layout) }
+    }
+}
+
+#[global_allocator]
+static ALLOCATOR: Counting = Counting;
+
+#[test]
+fn neither_a_probe_nor_a_new_shape_allocates() {
+    let mesh = bumpy_ball(0.05, 0.002, 9.0, 22);
+    let shapes = [1.0, 1.02].map(|size| mesh.vertices.iter().map(|vertex| vertex * size).collect::<Vec<_>>());
+    let mut surface = mesh.surface();
+    let way =
+        scan(0.3, |turn, height| DVec3::new((TAU * turn).cos(), (TAU * turn).sin(), 0.1) * (0.053 + height));
+    let mut state = ProxyState::default();
+    let mut contacts = 0;
+    let before = ALLOCATIONS.get();
+    for (tick, centre) in way.iter().enumerate() {
+        if tick % 16 == 0 {
+            surface.deform(&shapes[tick / 16 % 2]).unwrap();
+        }
+        contacts += u32::from(surface.probe(&mut state, *centre, 0.005).is_some());
+    }
+    assert_eq!(ALLOCATIONS.get(), before);
+    assert!(contacts > 100);
+}
 
 /// A proxy that came to `centre` from outside, from the origin's far side.
 fn settled(surface: &MeshSurface, from: DVec3, centre: DVec3, radius: f64) -> (ProxyState, Option<Probe>) {
@@ -290,6 +337,7 @@ fn what_is_not_a_number_changes_nothing() {
     for (centre, radius) in [
         (DVec3::NAN, 0.005),
         (DVec3::X * f64::INFINITY, 0.005),
+        (DVec3::X * 1e200, 0.005),
         (DVec3::X * 0.05, f64::NAN),
         (DVec3::X * 0.05, -1.0),
     ] {

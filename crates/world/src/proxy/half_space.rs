@@ -21,6 +21,8 @@ pub(super) struct HalfSpace {
     pub(super) offset: f64,
     /// The triangle that the half-space keeps out.
     pub(super) triangle: u32,
+    /// Whether another plane was looked for.
+    pub(super) settled: bool,
 }
 
 impl HalfSpace {
@@ -46,7 +48,7 @@ pub(super) struct Foot {
 ///
 /// A dual active-set method (Goldfarb & Idnani 1983) in three dimensions: the distance from the goal grows with
 /// every plane that is added, so that no set of planes comes twice.
-pub(super) fn nearest(goal: DVec3, worst: impl Fn(DVec3) -> Option<HalfSpace>) -> Option<Foot> {
+pub(super) fn nearest(goal: DVec3, mut worst: impl FnMut(DVec3) -> Option<HalfSpace>) -> Option<Foot> {
     let mut foot = Foot { point: goal, held: ArrayVec::new() };
     for _ in 0..MAX_PIVOTS {
         let Some(plane) = worst(foot.point) else { return Some(foot) };
@@ -103,17 +105,17 @@ fn foot(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
     Some(Foot { point, held })
 }
 
-/// For [`nearest`]: the half-space of a list that `point` is most outside of.
+/// For [`nearest`]: the place of the half-space in a list that `point` is most outside of.
 #[inline]
-pub(super) fn worst_of(planes: &[HalfSpace], point: DVec3) -> Option<HalfSpace> {
+pub(super) fn worst_of(spaces: &[HalfSpace], point: DVec3) -> Option<usize> {
     let mut worst = (TOLERANCE_M, None);
-    for plane in planes {
-        let excess = plane.excess(point);
+    for (at, space) in spaces.iter().enumerate() {
+        let excess = space.excess(point);
         if excess > worst.0 {
-            worst = (excess, Some(plane));
+            worst = (excess, Some(at));
         }
     }
-    worst.1.copied()
+    worst.1
 }
 
 #[cfg(test)]
@@ -121,11 +123,11 @@ mod tests {
     use super::*;
 
     fn space(normal: DVec3, offset: f64) -> HalfSpace {
-        HalfSpace { normal: normal.normalize(), offset, triangle: 0 }
+        HalfSpace { normal: normal.normalize(), offset, triangle: 0, settled: false }
     }
 
     fn solve(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
-        nearest(goal, |point| worst_of(planes, point))
+        nearest(goal, |point| Some(planes[worst_of(planes, point)?]))
     }
 
     #[test]

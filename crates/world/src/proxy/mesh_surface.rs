@@ -185,19 +185,20 @@ impl MeshSurface {
         self.tree.distance(point)
     }
 
-    /// The half-spaces in which a sphere (centre, radius) may move freely as far as the triangles within `reach_m` of
-    /// its centre are concerned. Each triangle is convex, so that the plane across its shortest way to the centre has
-    /// all of it on the other side: half-spaces, and everything within all of them, can be entered in straight lines.
+    /// The half-spaces in which a sphere (centre, radius) may move freely within `reach_m` of `home`. Each triangle is
+    /// convex, so that the plane across its shortest way to the centre has all of it on the other side: half-spaces,
+    /// and everything within all of them, can be entered in straight lines. They replace what is in `found`.
     pub(super) fn half_spaces(
         &self,
         sphere: (DVec3, f64),
-        reach_m: f64,
-        goal: Option<DVec3>,
-    ) -> Result<HalfSpaces, TooMany> {
-        let mut found = HalfSpaces::new();
-        let flow = self.tree.near(sphere.0, reach_m, |at| {
-            let (space, distance) = self.half_space(at, sphere, goal);
-            if distance > reach_m || found.try_push(space).is_ok() {
+        (home, reach_m): (DVec3, f64),
+        found: &mut HalfSpaces,
+    ) -> Result<(), TooMany> {
+        found.clear();
+        let flow = self.tree.near(home, sphere.1 + reach_m, |at| {
+            let shortest = self.half_space(at, sphere);
+            // A plane beyond reach is that of a triangle beyond reach.
+            if shortest.excess(home) < -reach_m || found.try_push(shortest).is_ok() {
                 ControlFlow::Continue(())
             } else {
                 ControlFlow::Break(TooMany)
@@ -205,8 +206,28 @@ impl MeshSurface {
         });
         match flow {
             ControlFlow::Break(too_many) => Err(too_many),
-            ControlFlow::Continue(()) => Ok(found),
+            ControlFlow::Continue(()) => Ok(()),
         }
+    }
+
+    /// [`half_space::nearest`] for listed half-spaces of a sphere (centre, radius); `easily`, those that are in the way
+    /// are replaced by ones that are less.
+    pub(super) fn nearest_listed(
+        &self,
+        goal: DVec3,
+        sphere: (DVec3, f64),
+        spaces: &mut HalfSpaces,
+        easily: bool,
+    ) -> Option<Foot> {
+        half_space::nearest(goal, |point| {
+            loop {
+                let at = half_space::worst_of(spaces, point)?;
+                if !easily || spaces[at].settled {
+                    return Some(spaces[at]);
+                }
+                spaces[at] = self.towards(spaces[at], sphere, goal);
+            }
+        })
     }
 
     /// [`half_space::nearest`] for all triangles within `reach_m` of `home`, listed or not, seen from the sphere.
@@ -219,7 +240,7 @@ impl MeshSurface {
         half_space::nearest(goal, |point| {
             let mut worst = (half_space::TOLERANCE_M, None);
             let _: ControlFlow<()> = self.tree.near(home, reach_m, |at| {
-                let (space, _) = self.half_space(at, sphere, None);
+                let space = self.half_space(at, sphere);
                 if space.excess(point) > worst.0 {
                     worst = (space.excess(point), Some(space));
                 }
@@ -229,27 +250,34 @@ impl MeshSurface {
         })
     }
 
-    /// What the triangle `at` leaves to a sphere at `centre`, and how far (m) the triangle is from there.
-    ///
-    /// Every plane that has the triangle on one side and the sphere on the other would do. The one across the
-    /// shortest way has the sphere touch where it holds; on the way to a `goal` another may keep less from it.
+    /// What the triangle `at` leaves to a sphere (centre, radius): beyond the plane across the shortest way.
     #[inline]
-    pub(super) fn half_space(
-        &self,
-        at: usize,
-        (centre, radius_m): (DVec3, f64),
-        goal: Option<DVec3>,
-    ) -> (HalfSpace, f64) {
+    pub(super) fn half_space(&self, at: usize, (centre, radius_m): (DVec3, f64)) -> HalfSpace {
         let corners = &self.corners[at];
         let nearest = triangle::closest_point(corners, centre);
-        let (normal, distance) = direction(corners, nearest, centre);
-        let space = HalfSpace { normal, offset: normal.dot(nearest) + radius_m, triangle: at as u32 };
-        let blocked = goal.filter(|&goal| space.excess(goal) > half_space::TOLERANCE_M);
-        let towards = blocked.and_then(|goal| plane_towards(corners, (centre, nearest), goal));
-        let easier =
-            towards.map(|(normal, on)| HalfSpace { normal, offset: normal.dot(on) + radius_m, ..space });
-        let valid = easier.filter(|easier| easier.excess(centre) <= half_space::TOLERANCE_M);
-        (valid.unwrap_or(space), distance)
+        let (normal, _) = direction(corners, nearest, centre);
+        HalfSpace { normal, offset: normal.dot(nearest) + radius_m, triangle: at as u32, settled: false }
+    }
+
+    /// Another half-space, where one of the same triangle keeps a sphere (centre, radius) from `goal`: every plane
+    /// that has the triangle on one side and the sphere on the other will do, and another may stop it less.
+    #[inline]
+    pub(super) fn towards(
+        &self,
+        shortest: HalfSpace,
+        (centre, radius_m): (DVec3, f64),
+        goal: DVec3,
+    ) -> HalfSpace {
+        let corners = &self.corners[shortest.triangle as usize];
+        // The plane touches the triangle at its point nearest to the centre.
+        let nearest = centre - shortest.normal * (radius_m - shortest.excess(centre));
+        let other = plane_towards(corners, (centre, nearest), goal).map(|(normal, on)| HalfSpace {
+            normal,
+            offset: normal.dot(on) + radius_m,
+            ..shortest
+        });
+        let valid = other.filter(|other| other.excess(centre) <= half_space::TOLERANCE_M);
+        HalfSpace { settled: true, ..valid.unwrap_or(shortest) }
     }
 
     /// Where a sphere at `centre` goes when the surface moves from its previous shape to the present one: as little
@@ -275,12 +303,12 @@ impl MeshSurface {
                 }
                 let after = self.between(index, to).map(|corner| normal.dot(corner));
                 let offset = after.into_iter().fold(f64::NEG_INFINITY, f64::max) + radius_m;
-                match found.try_push(HalfSpace { normal, offset, triangle: index as u32 }) {
+                match found.try_push(HalfSpace { normal, offset, triangle: index as u32, settled: true }) {
                     Ok(()) => ControlFlow::Continue(()),
                     Err(_) => ControlFlow::Break(()),
                 }
             });
-            let foot = half_space::nearest(at, |point| half_space::worst_of(&found, point))?;
+            let foot = half_space::nearest(at, |point| Some(found[half_space::worst_of(&found, point)?]))?;
             if flow.is_break() || foot.point.distance(at) > room {
                 return None;
             }
@@ -344,7 +372,7 @@ fn plane_towards(
     let end = triangle::closest_point(corners, goal);
     let own = triangle::normal(corners);
     let own = if own.dot(centre - nearest) < 0.0 { -own } else { own };
-    if triangle::weights(corners, nearest.midpoint(end)).into_iter().all(|weight| weight > 1e-9) {
+    if triangle::has_inside(corners, nearest.midpoint(end)) {
         return Some((own, end));
     }
     let (normal, distance) = (goal - end).normalize_and_length();

@@ -5,7 +5,7 @@ use std::ops::{ControlFlow, Range};
 use glam::DVec3;
 
 /// Most triangles of a leaf.
-const LEAF: usize = 4;
+const LEAF: usize = 2;
 
 #[derive(Clone, Copy, Debug)]
 struct Node {

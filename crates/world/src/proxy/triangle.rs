@@ -70,6 +70,15 @@ pub(super) fn weights(&[a, b, c]: &[DVec3; 3], point: DVec3) -> [f64; 3] {
     if weights.iter().all(|weight| weight.is_finite()) { weights } else { [1.0 / 3.0; 3] }
 }
 
+/// Whether `point`, one of the triangle's points, is inside and not on an edge.
+#[inline]
+pub(super) fn has_inside(&[a, b, c]: &[DVec3; 3], point: DVec3) -> bool {
+    let whole = (b - a).cross(c - a);
+    let least = 1e-9 * whole.length_squared();
+    let (a, b, c) = (a - point, b - point, c - point);
+    a.cross(b).dot(whole) > least && b.cross(c).dot(whole) > least && c.cross(a).dot(whole) > least
+}
+
 /// The angle (rad) that the triangle spans at `point`, one of its points: 2π inside, π on an edge.
 pub(super) fn angle_at(corners: &[DVec3; 3], point: DVec3) -> f64 {
     use std::f64::consts::{PI, TAU};
