@@ -287,6 +287,29 @@ fn every_format_gives_the_same_ball() {
     }
 }
 
+/// What the library's own checks stumble over.
+#[test]
+fn a_gltf_file_that_names_what_is_not_there_is_refused() {
+    let text = String::from_utf8(gltf(&generators::icosphere(0.1, 0))).unwrap();
+    for (from, to) in [
+        ("\"POSITION\":1", "\"POSITION\":9"),
+        ("\"indices\":0", "\"indices\":9"),
+        ("\"mesh\":0", "\"mesh\":9"),
+        ("\"children\":[1]", "\"children\":[0]"),
+        ("\"bufferView\":1", "\"bufferView\":9"),
+        ("\"byteOffset\":240", "\"byteOffset\":9999"),
+        ("\"count\":12", "\"count\":13"),
+        ("\"count\":12", "\"count\":0"),
+        ("\"VEC3\"", "\"VEC2\""),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let read = Triangles::parse(Format::Gltf, text.replace(from, to).as_bytes(), 1.0, None);
+        assert!(matches!(read, Err(MeshError::Format { .. })), "{to}: {read:?}");
+    }
+    let cut_short = b"glTF\x02\0\0\0\x04\0\0\0";
+    assert!(Triangles::parse(Format::Gltf, cut_short, 1.0, None).is_err());
+}
+
 #[test]
 fn polygons_of_an_obj_are_cut() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n\

@@ -9,7 +9,7 @@ use glam::{DMat4, DVec3};
 use gltf::accessor::{Accessor, DataType, Dimensions};
 use gltf::buffer::{Buffer, Source};
 use gltf::mesh::Mode;
-use gltf::{Gltf, Mesh, Node, Primitive, Semantic};
+use gltf::{Document, Gltf, Mesh, Node, Primitive, Semantic};
 
 use super::MeshError;
 use super::files::{Triangles, read_bytes};
@@ -21,8 +21,17 @@ pub(super) fn read(bytes: &[u8], folder: Option<&Path>) -> Result<Triangles, Mes
     if bytes.starts_with(b"glTF") && length.is_none_or(|length| length < 12) {
         return Err(problem("the header is cut short"));
     }
-    let file = Gltf::from_slice(bytes).map_err(|error| problem(error.to_string()))?;
-    let blob = file.blob.as_deref();
+    let unusable = |error: gltf::Error| problem(error.to_string());
+    let Gltf { document, blob } = Gltf::from_slice_without_validation(bytes).map_err(unusable)?;
+    let json = document.into_json();
+    // The reader's own checks rely on this one.
+    let primitives = json.meshes.iter().flat_map(|mesh| &mesh.primitives);
+    let mut accessors = primitives.flat_map(|primitive| primitive.attributes.values());
+    if accessors.any(|accessor| accessor.value() >= json.accessors.len()) {
+        return Err(problem("a mesh names an accessor that does not exist"));
+    }
+    let file = Document::from_json(json).map_err(unusable)?;
+    let blob = blob.as_deref();
     let buffers: Result<Vec<Vec<u8>>, MeshError> =
         file.buffers().map(|buffer| contents(&buffer, blob, folder)).collect();
     let mut collector = Collector { buffers: buffers?, triangles: Triangles::default() };
