@@ -28,7 +28,7 @@ pub(super) fn closest_point(corners: &[DVec3; 3], point: DVec3) -> DVec3 {
     let va = d3 * d6 - d5 * d4;
     let area = va + vb + vc;
     // Where rounding decides between face and edge, the three edges decide.
-    if !(area > 1e-12 * ab.length_squared() * ac.length_squared()) {
+    if area <= 1e-12 * ab.length_squared() * ac.length_squared() {
         return closest_on_edges(corners, point);
     }
     if vc <= 0.0 && d1 >= 0.0 && d3 <= 0.0 {
