@@ -1,7 +1,8 @@
 //! One finger of a simulated user, with the device that it is on: the plant, the sensor, the motors.
 //!
 //! The finger is `m_h·x″ = u − (k_h + k_track)·(x − rest) − (b_h + b_track)·v` on every free axis, with u held from tick to
-//! tick: exact in between ([`Plant`]), or, where the links of a mechanism add their inertia, integrated ([`Linked`]).
+//! tick: exact in between ([`Plant`]), or, where the links of a mechanism add their inertia, integrated by Runge–Kutta
+//! steps of fourth order.
 //! What a mechanism does besides:
 //!
 //! - **Sensor.** The reading's position is the forward kinematics of the joint angles, each rounded to the nearest
