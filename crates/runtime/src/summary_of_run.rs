@@ -21,7 +21,7 @@ pub(crate) struct HostRun {
     bodies: Vec<BodyState>,
     diverged: bool,
     limits_exceeded: bool,
-    /// Mean oscillation energy of the last quarter but one and of the last, J.
+    /// Oscillation energy in the last quarter but one and in the last, J.
     oscillation_j: (f64, f64),
     peak_force_n: f64,
     energy_j: f64,

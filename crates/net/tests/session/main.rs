@@ -413,7 +413,7 @@ fn another_version_is_told_apart() {
     join[2] = 9;
     let answers = net.inject(0, stranger, &join);
     assert_eq!(answers.len(), 1);
-    // The newcomer of version 9 sees ours in the header; here we play one of version 1 that is answered by a version 9.
+    // The newcomer of version 9 sees ours in the header; here we play one of our version that is answered by a version 9.
     let mut answer = answers[0].bytes.to_vec();
     answer[2] = 9;
     let node = net.join(config(2, Distributed, 2));
@@ -421,7 +421,7 @@ fn another_version_is_told_apart() {
     assert!(net.inject(node, stranger, &answer).is_empty());
     net.inject(node, server, &answer);
     net.run_for(MS);
-    let told = Event::Refused(Refusal::Version { server: 9, newcomer: 1 });
+    let told = Event::Refused(Refusal::Version { server: 9, newcomer: cotouch_net::wire::PROTOCOL_VERSION });
     assert!(net.nodes[node].has(|event| *event == told), "{:#?}", net.nodes[node].story());
     // An answer is never answered.
     assert!(net.inject(0, stranger, &answer).is_empty());
