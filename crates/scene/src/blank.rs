@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, GovernorLimits, Ground,
-    Hand, Impairment, Integrator, Link, Object, PlayOut, Rates, RotationalSpringDamper, Scene, Session, Shape,
-    ShapeKind, Space, SpringDamper, User, VelocityEstimate, Wall, WallPlane, WallSides, Way,
+    Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, GovernorLimits,
+    Ground, Hand, Impairment, Integrator, Link, Object, PlayOut, Rates, RotationalSpringDamper, Scene,
+    Session, Shape, ShapeKind, Space, SpringDamper, User, VelocityEstimate, Wall, WallPlane, WallSides, Way,
 };
 use crate::time::Rate;
 

@@ -6,7 +6,8 @@ use glam::DVec3;
 
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Coordination, DeviceKind, Integrator, PlayOut, ShapeKind, Space, VelocityEstimate, WallSides,
+    Architecture, Coordination, DeviceKind, Integrator, PlayOut, ShapeKind, Space, VelocityEstimate,
+    WallSides,
 };
 use crate::time::Rate;
 

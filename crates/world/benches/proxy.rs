@@ -6,10 +6,10 @@ mod meshes;
 
 use std::hint::black_box;
 
-use meshes::{bumpy_ball, bumpy_radius};
 use cotouch_world::proxy::ProxyState;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
+use meshes::{bumpy_ball, bumpy_radius};
 
 const BALL_M: f64 = 0.05;
 const BUMP_M: f64 = 0.002;

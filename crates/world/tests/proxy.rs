@@ -8,9 +8,9 @@ use std::alloc::{GlobalAlloc, Layout, System};
 use std::cell::Cell;
 use std::f64::consts::TAU;
 
-use meshes::{Mesh, ball, bumpy_ball, bumpy_radius, cuboid, grid, torus};
 use cotouch_world::proxy::{MeshSurface, Probe, ProxyState};
 use glam::{DMat3, DQuat, DVec3};
+use meshes::{Mesh, ball, bumpy_ball, bumpy_radius, cuboid, grid, torus};
 use proptest::prelude::*;
 
 const TICK_S: f64 = 1e-3;
