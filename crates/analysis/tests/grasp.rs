@@ -50,6 +50,17 @@ fn the_one_axis_reduction_has_the_known_figures() {
     assert!(radius(with_remote_170(grasp(Centralized)), 2, 5.0, 0.0) < 0.92);
 }
 
+/// Copies that nobody holds swing against each other: 10 N·m/rad over held data is too much for a smaller box.
+#[test]
+fn copies_of_a_box_that_turns_easily_swing_against_each_other() {
+    let mut scene = grasp(Distributed);
+    scene.object.shape.size_m = DVec3::new(0.12, 0.08, 0.05);
+    let verdict = analyze(&scene).unwrap();
+    assert!(!verdict.stable && !verdict.modes[0].stable);
+    assert_eq!(verdict.modes[0].axis, Some("rz"));
+    assert!(verdict.modes[1..].iter().all(|mode| mode.stable));
+}
+
 fn print(title: &str, verdict: &Stability) {
     println!("{title}: {:.5} {} states {}", verdict.spectral_radius, verdict.stable, verdict.states);
     for mode in &verdict.modes {
@@ -65,22 +76,8 @@ fn chapter_8_has_its_verdicts() {
     print("distributed", &distributed);
     print("centralized", &centralized);
     print("remote at 170 N/m", &softer);
-    let settled = |verdict: &Stability| verdict.modes[15].spectral_radius;
-    assert!(settled(&distributed) < 1.0 && settled(&centralized) > 1.0 && softer.stable);
-    // Every mode with a finger in contact is stable. Copies that nobody holds swing against each other: 10 N·m/rad over
-    // held data is too much for a box that turns so easily.
-    assert!(distributed.modes[1..].iter().all(|mode| mode.stable));
-    assert!(!distributed.modes[0].stable && distributed.modes[0].axis == Some("rz"));
-    for factor in [1.25, 1.5, 1.75, 2.0, 2.5] {
-        let mut scene = grasp(Distributed);
-        scene.object.shape.size_m *= factor;
-        for (k, b) in [(10.0, 0.1), (2.0, 0.1), (5.0, 0.1), (10.0, 0.2)] {
-            scene.coupling.object_object_rotational.stiffness_n_m_per_rad = k;
-            scene.coupling.object_object_rotational.damping_n_m_s_per_rad = b;
-            let verdict = analyze_loop(&compile(&scene)[0].spec).unwrap();
-            println!("SCRATCH {factor} {k} {b}: {}", verdict.spectral_radius);
-        }
-    }
+    assert!(distributed.stable && !centralized.stable && softer.stable);
+    assert!(!centralized.modes[15].stable);
     assert_eq!(distributed.modes.len(), 16);
     assert_eq!(distributed.modes[0].contacts, Vec::<String>::new());
     let all = ["anna.finger1", "anna.finger2", "ben.finger1", "ben.finger2"];
@@ -101,7 +98,7 @@ fn every_mode_is_its_own_equilibrium() {
     for contact in &point.fingers {
         let pose = &point.poses[0][0];
         assert!((contact.force - pose.orientation * contact.normal * 2.0).length() < 1e-9);
-        assert!((contact.centre.y.abs() - (0.048 - 2.0 / 800.0)).abs() < 1e-9, "{}", contact.centre);
+        assert!((contact.centre.y.abs() - (0.058 - 2.0 / 800.0)).abs() < 1e-9, "{}", contact.centre);
     }
 }
 
@@ -216,9 +213,9 @@ fn sensors_keep_uniform_motion() {
 fn a_finger_that_pushes_is_held_by_one_that_stands() {
     let mut scene = grasp(Distributed);
     scene.users[1].script = vec![Action::Relax { duration_s: 1.0 }];
-    scene.users[0].fingers[0].position_m = DVec3::new(0.0, -0.048, 0.0);
+    scene.users[0].fingers[0].position_m = DVec3::new(0.0, -0.058, 0.0);
     scene.users[0].fingers[0].script = vec![Action::Hold { duration_s: 1.0 }];
-    scene.users[0].fingers[1].position_m = DVec3::new(0.0, 0.052, 0.0);
+    scene.users[0].fingers[1].position_m = DVec3::new(0.0, 0.062, 0.0);
     scene.users[0].fingers[1].script =
         vec![Action::Force { force_n: DVec3::new(0.0, -2.0, 0.0), duration_s: 1.0 }];
     let point = OperatingPoint::settled_grasp(&scene);

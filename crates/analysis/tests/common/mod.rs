@@ -83,7 +83,7 @@ pub(crate) fn grasp(architecture: Architecture) -> Scene {
     scene.hand.finger_radius_m = 0.008;
     scene.object.mass_kg = 0.4;
     scene.object.shape.kind = ShapeKind::Box;
-    scene.object.shape.size_m = DVec3::new(0.12, 0.08, 0.05);
+    scene.object.shape.size_m = DVec3::new(0.15, 0.1, 0.05);
     scene.contact.static_friction = 0.6;
     scene.contact.dynamic_friction = 0.6;
     scene.coupling = Coupling {
