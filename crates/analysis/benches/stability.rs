@@ -24,5 +24,12 @@ fn verdicts(criterion: &mut Criterion) {
     }
 }
 
-criterion_group!(benches, verdicts);
+fn grasps(criterion: &mut Criterion) {
+    let scene = common::grasp(Architecture::Distributed);
+    criterion.bench_function("verdict on 16 modes, a grasp in the plane, N = 8, n = 1", |bencher| {
+        bencher.iter(|| analyze(black_box(&scene)).unwrap());
+    });
+}
+
+criterion_group!(benches, verdicts, grasps);
 criterion_main!(benches);

@@ -49,9 +49,10 @@ pub fn compile_at(scene: &Scene, point: &OperatingPoint) -> LoopSpec {
     session::Session::new(scene, point).into_spec()
 }
 
-/// What a finger feels of its own and its device's inertia, kg: m_h in all directions.
+/// What a finger feels of its hand's and its device's inertia where it is (m, world), kg: m_h in all directions. The one
+/// place to add the links' own, where [`DeviceSpec::inertia`] asks for it.
 #[must_use]
-pub fn endpoint_mass(scene: &Scene, _host: HostIndex, _finger: u8) -> DMat3 {
+pub fn endpoint_mass(scene: &Scene, _host: HostIndex, _finger: u8, _position: DVec3) -> DMat3 {
     DMat3::from_diagonal(DVec3::splat(scene.hand.mass_kg))
 }
 

@@ -184,7 +184,7 @@ pub(crate) fn couple_copies(
 ) {
     let diagonal = |gain: f64| DMat3::from_diagonal(DVec3::splat(gain));
     let (k, b) = (rotational.stiffness_n_m_per_rad, rotational.damping_n_m_s_per_rad);
-    let left = inverse_left_jacobian(apart.to_scaled_axis());
+    let left = inverse_left_jacobian(rotation_vector(apart));
     let moves = Rows { axes, turns: false };
     let turns = Rows { axes, turns: true };
     for (motion, sign, jacobian) in [(far, 1.0, left), (near, -1.0, left.transpose())] {
@@ -201,6 +201,13 @@ pub(crate) fn damp(on: &mut Coupling, body: Moving, linear: DVec3, rotational: f
     let rows = |turns| Rows { axes: body.1, turns };
     on.add(rows(false), body, VELOCITY, &DMat3::from_diagonal(-linear));
     on.add(rows(true), body, SPIN, &DMat3::from_diagonal(DVec3::splat(-rotational)));
+}
+
+/// To full precision for small angles too, rad.
+fn rotation_vector(quaternion: DQuat) -> DVec3 {
+    let shorter = if quaternion.w < 0.0 { -quaternion } else { quaternion };
+    let sine = shorter.xyz().length();
+    if sine == 0.0 { DVec3::ZERO } else { shorter.xyz() * (2.0 * sine.atan2(shorter.w) / sine) }
 }
 
 /// J_l⁻¹(φ) = I − ½·φ× + (1/|φ|² − (1 + cos|φ|)/(2·|φ|·sin|φ|))·φ×·φ×; its transpose is J_r⁻¹.

@@ -5,8 +5,9 @@
 //! with the rest (a body that nobody holds, a finger that holds nothing), and for each direction:
 //!
 //! - **Translation.** Where no stiffness ties a group of bodies to the ground or to the rest, moving them and their
-//!   samples by one length changes no force: `A·e = e`. The same goes for turning bodies that nothing keeps from it;
-//!   fingers that press on a body always do, for their forces stay in the world's directions.
+//!   samples by one length changes no force: `A·e = e`. The same goes for turning bodies that nothing keeps from it,
+//!   alone or about a finger that touches without force; fingers that press do, for their forces stay in the world's
+//!   directions.
 //! - **Uniform motion.** Where a part translates as a whole, opposite forces are equal at every tick and nothing is
 //!   damped to the ground, momentum is conserved (a second left eigenvector, `Wᵀ·A = Wᵀ`). Then the part can coast:
 //!   there is a state `g` in which all bodies move at 1 m/s, with constant offsets that make up for the ages of held
@@ -15,6 +16,7 @@
 //! Each vector is checked against the map before it is deflated.
 
 mod coasting;
+mod pivots;
 mod ties;
 
 use nalgebra::{DMatrix, DVector};
@@ -22,6 +24,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::lift::layout::Layout;
 use crate::loop_spec::{Coupling, Delay, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
 use coasting::{Coasting, coasting};
+use pivots::Part;
 use ties::Ties;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.
@@ -33,10 +36,13 @@ pub(crate) struct Structure {
     pub(crate) dragged: usize,
     /// Translations of what no stiffness ties to the rest of its part: it stays where it is put.
     pub(crate) loose: Vec<DVector<f64>>,
+    /// All translations.
+    still: Vec<DVector<f64>>,
 }
 
 impl Structure {
-    pub(crate) fn new(spec: &LoopSpec, layout: &Layout) -> Self {
+    /// Of a loop and its map.
+    pub(crate) fn new(spec: &LoopSpec, layout: &Layout, map: &DMatrix<f64>) -> Self {
         let period_s = spec.schedule.control().period_s();
         let coasting: Vec<_> = spec.bodies.iter().map(|body| coasting(body, period_s)).collect();
         let mut structure = Self::default();
@@ -49,6 +55,14 @@ impl Structure {
             let ties = Ties::along(spec, axis, &coasting);
             for part in parts.groups() {
                 direction.part(&ties, &part, &mut structure);
+            }
+        }
+        for bodies in parts.groups() {
+            let part = Part { spec, layout, coasting: &coasting, bodies: &bodies };
+            for (still, uniform) in part.pivots(&structure.still, map) {
+                structure.dragged += usize::from(uniform.is_none());
+                structure.rigid.push(still);
+                structure.rigid.extend(uniform);
             }
         }
         structure
@@ -75,12 +89,14 @@ impl Direction<'_> {
         let mut loose: Vec<_> = free.iter().map(|&group| self.translation(&moving, ties, group)).collect();
         if !grounded && let Some(whole) = loose.iter().cloned().reduce(|sum, group| sum + group) {
             loose.pop();
+            structure.still.push(whole.clone());
             structure.rigid.push(whole);
             match self.uniform_motion(part) {
                 Some(uniform) => structure.rigid.push(uniform),
                 None => structure.dragged += 1,
             }
         }
+        structure.still.extend(loose.iter().cloned());
         structure.loose.append(&mut loose);
     }
 
@@ -162,8 +178,7 @@ impl Direction<'_> {
     }
 
     fn reads(&self, coupling: &Coupling, part: &[usize]) -> bool {
-        let of_part = |motion| self.spec.body_of(motion).is_some_and(|body| part.contains(&body.0));
-        coupling.terms.iter().any(|term| of_part(term.motion))
+        is_of_part(self.spec, coupling, part)
     }
 
     /// Offsets at which the forces on every body of a part are in balance, where there are some.
@@ -254,6 +269,12 @@ impl Direction<'_> {
             Motion::Ground | Motion::Current(_) => 0,
         }
     }
+}
+
+/// Whether a force depends on bodies of a part.
+fn is_of_part(spec: &LoopSpec, coupling: &Coupling, part: &[usize]) -> bool {
+    let of_part = |motion| spec.body_of(motion).is_some_and(|body| part.contains(&body.0));
+    coupling.terms.iter().any(|term| of_part(term.motion))
 }
 
 /// Constant positions of the bodies of a part.

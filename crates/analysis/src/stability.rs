@@ -157,10 +157,10 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
         return Err(AnalysisError::TooLarge { states, ticks });
     }
     let matrix = stepping::lift(spec, &layout).matrix;
-    let structure = Structure::new(spec, &layout);
     if matrix.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH) {
-        return Ok(outgrown(&structure));
+        return Ok(outgrown());
     }
+    let structure = Structure::new(spec, &layout, &matrix);
     let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
     let Remaining { mut eigenvalues, dominant } = remaining_eigenvalues(spec, &layout, matrix, &structure)?;
     let drag_pole = (structure.dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
@@ -179,13 +179,13 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
 }
 
 /// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
-fn outgrown(structure: &Structure) -> LoopStability {
+fn outgrown() -> LoopStability {
     LoopStability {
         spectral_radius: f64::INFINITY,
         stable: false,
-        rigid_body_poles: structure.rigid.len() as u8,
+        rigid_body_poles: 0,
         drag_pole: None,
-        loose_parts: structure.loose.len(),
+        loose_parts: 0,
         axis: None,
         eigenvalues: Vec::new(),
     }

@@ -97,7 +97,10 @@ impl<'a> Session<'a> {
         };
         let axes = point_axes(scene.space);
         let index = finger as u8;
-        let plant = Plant::endpoint(&endpoint_mass(scene, host, index), axes.len(), to_ground);
+        let of_finger = |contact: &&FingerContact| (contact.user, contact.finger) == (host, index);
+        let position = self.point.fingers.iter().find(of_finger);
+        let position = position.map_or(user.fingers[finger].position_m, |contact| contact.centre);
+        let plant = Plant::endpoint(&endpoint_mass(scene, host, index, position), axes.len(), to_ground);
         let mut states = names(host, Part::Hand(index), axes);
         let sensor = names(host, Part::Sensor(index), axes);
         let dynamics = match scene.device.velocity {

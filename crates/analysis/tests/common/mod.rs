@@ -3,7 +3,8 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
-    Architecture, Coupling, Finger, Impairment, Scene, SpringDamper, User, WallSides, Way,
+    Action, Architecture, Coupling, Finger, Impairment, RotationalSpringDamper, Scene, ShapeKind, Space,
+    SpringDamper, User, WallSides, Way,
 };
 use glam::DVec3;
 
@@ -70,4 +71,40 @@ pub(crate) fn chapter_5(architecture: Architecture, k: [f64; 3], n: u32) -> Scen
     };
     scene.link.delay_periods = n;
     scene
+}
+
+/// Two users with two fingers each hold a box in the plane: Tables 8.1 and 8.2 of the thesis, hands of 5 N·s/m that track
+/// with 200 N/m, n = 1.
+pub(crate) fn grasp(architecture: Architecture) -> Scene {
+    let mut scene = table_6_1(architecture);
+    scene.link.delay_periods = 1;
+    scene.space = Space::Plane;
+    scene.hand.damping_n_s_per_m = 5.0;
+    scene.hand.finger_radius_m = 0.008;
+    scene.object.mass_kg = 0.4;
+    scene.object.shape.kind = ShapeKind::Box;
+    scene.object.shape.size_m = DVec3::new(0.15, 0.1, 0.05);
+    scene.contact.static_friction = 0.6;
+    scene.contact.dynamic_friction = 0.6;
+    scene.coupling = Coupling {
+        hand_object: spring(800.0, 3.0),
+        remote_hand_object: spring(800.0, 3.0),
+        object_object: spring(400.0, 8.0),
+        hand_object_tangential: spring(1200.0, 10.0),
+        remote_hand_object_tangential: spring(1200.0, 10.0),
+        object_object_rotational: RotationalSpringDamper {
+            stiffness_n_m_per_rad: 10.0,
+            damping_n_m_s_per_rad: 0.1,
+        },
+    };
+    for (user, x) in scene.users.iter_mut().zip([-0.03, 0.03]) {
+        user.fingers = vec![finger(DVec3::new(x, -0.073, 0.0)), finger(DVec3::new(x, 0.073, 0.0))];
+        user.tracking = spring(200.0, 2.0);
+        user.script = vec![grasp_action(2.0)];
+    }
+    scene
+}
+
+pub(crate) fn grasp_action(force_n: f64) -> Action {
+    Action::Grasp { body: "object".into(), force_n, speed_m_per_s: 0.05, duration_s: 2.0 }
 }
