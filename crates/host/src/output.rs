@@ -34,12 +34,16 @@ pub struct TickOutput {
 
 impl TickOutput {
     /// No force on anything.
-    pub(crate) fn at_rest(model: &HostModel) -> Self {
-        Self {
-            device: std::iter::repeat_n(Wrench::default(), model.own_fingers()).collect(),
-            wrenches: std::iter::repeat_n(Wrench::default(), model.body_count()).collect(),
-            ..Self::default()
-        }
+    pub(crate) fn reset(&mut self, model: &HostModel) {
+        let zeros = |wrenches: usize| std::iter::repeat_n(Wrench::default(), wrenches);
+        self.device.clear();
+        self.device.extend(zeros(model.own_fingers()));
+        self.wrenches.clear();
+        self.wrenches.extend(zeros(model.body_count()));
+        self.couplers.clear();
+        self.contacts.clear();
+        self.touches_wall = false;
+        self.diverged = false;
     }
 }
 

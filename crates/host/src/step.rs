@@ -81,25 +81,29 @@ impl HostModel {
     ///
     /// No allocation, no lock, no system call; the work grows with the numbers of fingers, bodies and users only.
     pub fn tick(&self, state: &mut HostState, tick: u64, readings: &Readings) -> TickOutput {
+        let mut output = TickOutput::default();
+        self.tick_into(state, tick, readings, &mut output);
+        output
+    }
+
+    /// As [`tick`](Self::tick), into an output that is used again: it is large, and moving it takes longer than a tick.
+    pub fn tick_into(&self, state: &mut HostState, tick: u64, readings: &Readings, output: &mut TickOutput) {
         if let Some(step) = self.step_due(state, tick) {
             state.last_step = Some(step);
         }
         state.ticks_done += 1;
         state.peers.iter_mut().for_each(|peer| self.fade(peer));
-        let mut output = TickOutput::at_rest(self);
+        output.reset(self);
         if state.diverged || state.adopting {
             output.diverged = state.diverged;
-            return output;
-        }
-        if self.role == Role::Client {
-            centralized::client_forces(state, &mut output);
+        } else if self.role == Role::Client {
+            centralized::client_forces(state, output);
         } else if readings.iter().all(Reading::is_finite) {
-            forces::of_world(self, state, readings, &mut output);
-            self.step_bodies(state, &mut output);
+            forces::of_world(self, state, readings, output);
+            self.step_bodies(state, output);
         } else {
-            self.give_up(state, &mut output);
+            self.give_up(state, output);
         }
-        output
     }
 
     fn step_bodies(&self, state: &mut HostState, output: &mut TickOutput) {
@@ -118,7 +122,8 @@ impl HostModel {
     /// The world has left all bounds: it stops for good.
     fn give_up(&self, state: &mut HostState, output: &mut TickOutput) {
         state.diverged = true;
-        *output = TickOutput { diverged: true, ..TickOutput::at_rest(self) };
+        output.reset(self);
+        output.diverged = true;
     }
 
     fn fade(&self, peer: &mut PeerState) {

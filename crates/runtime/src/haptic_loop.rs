@@ -148,9 +148,9 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
                 host.station.release();
             }
             let before_skip = if host.timing.ticks == 0 { due } else { tick };
-            let record = tick_host(host, due, due - before_skip, lateness_ns);
+            tick_host(host, due, due - before_skip, lateness_ns);
             if shows {
-                host.show(due, &record);
+                host.show(due);
             }
         }
         hosts.iter_mut().for_each(|host| host.port.wake_sender());
@@ -202,7 +202,7 @@ fn wait_for_tick(port: &mut HapticPort, rate: Rate, tick: u64) -> Option<(u64, i
 }
 
 /// One tick of one host. No allocation, no lock, no system call besides the device and the clock.
-fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -> TickRecord {
+fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) {
     let began = clock::now();
     if let Some(packet) = host.station.begin(tick) {
         host.port.leave(None, packet);
@@ -215,12 +215,11 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) -
     }
     let port = &mut host.port;
     host.station.respond(|client, packet| port.leave(Some(client), packet.clone()));
-    let record = host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
+    host.station.finish(|| Punctuality { lateness_ns, compute_ns: clock::now().since(began) });
     if !host.station.state.releasing {
         host.timing.missed += skipped;
-        host.timing.observe(&record);
+        host.timing.observe(host.station.last_record());
     }
-    record
 }
 
 fn fingers(host: HostIndex, record: &TickRecord) -> ArrayVec<FingerSnapshot, MAX_FINGERS> {
@@ -234,7 +233,8 @@ fn fingers(host: HostIndex, record: &TickRecord) -> ArrayVec<FingerSnapshot, MAX
 
 impl HapticHost {
     /// Leaves the newest picture of this host for displays. No allocation, no lock.
-    fn show(&mut self, tick: u64, record: &TickRecord) {
+    fn show(&mut self, tick: u64) {
+        let record = self.station.last_record();
         let snapshot = self.snapshot.input_buffer_mut();
         let instant = self.station.model.schedule.control().instant(tick);
         *snapshot = HostSnapshot {

@@ -51,6 +51,9 @@ pub struct Station<D> {
     /// Where states are serialised, so that recording one allocates nothing.
     state_bytes: Vec<u8>,
     instant: Instant,
+    /// Of the last tick; large, so that it is made in place.
+    output: TickOutput,
+    record: TickRecord,
 }
 
 /// What a replay re-creates, as a value.
@@ -128,6 +131,8 @@ impl<D: Device> Station<D> {
             state_bytes: Vec::with_capacity(state_bytes),
             sink,
             instant: Instant::default(),
+            output: TickOutput::default(),
+            record: TickRecord::default(),
             model,
         }
     }
@@ -149,6 +154,8 @@ impl<D: Device> Station<D> {
             sink: None,
             state_bytes: Vec::new(),
             instant: self.instant.clone(),
+            output: self.output.clone(),
+            record: self.record.clone(),
         }
     }
 
@@ -221,14 +228,14 @@ impl<D: Device> Station<D> {
     /// Phase 3: forces from what is known now, through the governors to the device, and the world one period on.
     ///
     /// No allocation, no lock, no system call besides the device's.
-    pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> TickRecord {
+    pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> &TickRecord {
         self.play_out();
         let Instant { tick, step, device_failed, .. } = self.instant;
         self.state.last_tick = Some(tick);
         self.state.last_readings.clone_from(&self.instant.readings);
         let view: ArrayVec<Pose, MAX_BODIES> = self.state.host.bodies.iter().map(|body| body.pose).collect();
-        let output = self.model.tick(&mut self.state.host, tick, &self.instant.readings);
-        let governed = self.govern(&output);
+        self.model.tick_into(&mut self.state.host, tick, &self.instant.readings, &mut self.output);
+        let governed = self.govern();
         let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
         self.device.observe(&WorldView { bodies: &view });
         let write_failed = self.device.write(&commanded).is_err();
@@ -239,26 +246,35 @@ impl<D: Device> Station<D> {
         }
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
-            self.oscillation.observe(&output.couplers, step.is_some());
+            self.oscillation.observe(&self.output.couplers, step.is_some());
             self.limits.observe(limits_that_count(&governed));
         }
         if device_failed || write_failed {
             self.record(|| RecordKind::Note(Note::DeviceFault));
         }
-        let mut record = self.tick_record(output, &governed, commanded);
+        self.fill_record(&governed, &commanded);
         let Punctuality { lateness_ns, compute_ns } = punctuality();
-        (record.lateness_ns, record.compute_ns) = (lateness_ns, compute_ns);
-        self.record(|| RecordKind::Tick(record.clone()));
-        record
+        (self.record.lateness_ns, self.record.compute_ns) = (lateness_ns, compute_ns);
+        if let Some(sink) = &mut self.sink {
+            let kind = RecordKind::Tick(self.record.clone());
+            sink.record(&RecordItem { host: self.model.host, tick, kind });
+        }
+        &self.record
+    }
+
+    /// What came of the last tick.
+    #[must_use]
+    pub fn last_record(&self) -> &TickRecord {
+        &self.record
     }
 
     /// Each finger's wrench through that finger's governor.
-    fn govern(&mut self, output: &TickOutput) -> ArrayVec<GovernorOutput, MAX_FINGERS> {
+    fn govern(&mut self) -> ArrayVec<GovernorOutput, MAX_FINGERS> {
         let skipped_too_many = self.instant.skipped > self.watchdog_ticks;
-        let stop = self.state.releasing || output.diverged || skipped_too_many;
+        let stop = self.state.releasing || self.output.diverged || skipped_too_many;
         let link_ok = self.model.role != Role::Client || self.state.host.peers[0].present;
         let fresh = !self.instant.device_failed;
-        let fingers = self.state.governors.iter_mut().zip(&output.device).zip(&self.instant.readings);
+        let fingers = self.state.governors.iter_mut().zip(&self.output.device).zip(&self.instant.readings);
         let govern = |((state, &requested), &reading): ((&mut GovernorState, _), _)| {
             self.governor.govern(state, &GovernorInput { requested, reading, stop, link_ok, fresh })
         };
@@ -287,32 +303,26 @@ impl<D: Device> Station<D> {
         }
     }
 
-    fn tick_record(
-        &self,
-        output: TickOutput,
-        governed: &ArrayVec<GovernorOutput, MAX_FINGERS>,
-        commanded: Wrenches,
-    ) -> TickRecord {
-        let host = &self.state.host;
-        TickRecord {
-            instant: self.model.schedule.control().instant(self.instant.tick),
-            readings: self.instant.readings.clone(),
-            device_failed: self.instant.device_failed,
-            steps_in_use: host.steps_in_use(),
-            fades: host.peers.iter().map(|peer| peer.fade).collect(),
-            bodies: host.bodies.iter().copied().collect(),
-            wrenches: output.wrenches,
-            contacts: output.contacts,
-            requested: output.device,
-            commanded,
-            governor_acted: governed.iter().map(|finger| finger.acted.bits().into()).collect(),
-            governor_gain: self.state.governors.iter().map(|state| self.governor.gain(state)).collect(),
-            energy_j: self.energy_j(),
-            touches_wall: output.touches_wall,
-            diverged: output.diverged,
-            lateness_ns: 0,
-            compute_ns: 0,
-        }
+    fn fill_record(&mut self, governed: &ArrayVec<GovernorOutput, MAX_FINGERS>, commanded: &Wrenches) {
+        let (host, output) = (&self.state.host, &self.output);
+        let energy_j = self.energy_j();
+        let record = &mut self.record;
+        record.instant = self.model.schedule.control().instant(self.instant.tick);
+        refill(&mut record.readings, self.instant.readings.iter().copied());
+        record.device_failed = self.instant.device_failed;
+        refill(&mut record.steps_in_use, host.steps_in_use());
+        refill(&mut record.fades, host.peers.iter().map(|peer| peer.fade));
+        refill(&mut record.bodies, host.bodies.iter().copied());
+        refill(&mut record.wrenches, output.wrenches.iter().copied());
+        refill(&mut record.contacts, output.contacts.iter().copied());
+        refill(&mut record.requested, output.device.iter().copied());
+        refill(&mut record.commanded, commanded.iter().copied());
+        refill(&mut record.governor_acted, governed.iter().map(|finger| finger.acted.bits().into()));
+        let gain = |state| self.governor.gain(state);
+        refill(&mut record.governor_gain, self.state.governors.iter().map(gain));
+        record.energy_j = energy_j;
+        record.touches_wall = output.touches_wall;
+        record.diverged = output.diverged;
     }
 
     /// Energy that the user has put into the session so far, with all fingers together, J.
@@ -364,4 +374,9 @@ fn resting(scene: &Scene, host: HostIndex, fingers: usize) -> Readings {
     let rest = |finger: usize| scene.users[host.index()].fingers.get(finger).map(|finger| finger.position_m);
     let reading = |finger| Reading::point(rest(finger).unwrap_or_default(), DVec3::ZERO);
     (0..fingers).map(reading).collect()
+}
+
+fn refill<T, const N: usize>(list: &mut ArrayVec<T, N>, items: impl IntoIterator<Item = T>) {
+    list.clear();
+    list.extend(items);
 }

@@ -158,8 +158,8 @@ impl<D: Device> VirtualSession<D> {
             self.run_network();
         }
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
-            let record = host.station.finish(Punctuality::default);
-            observe(host.station.model.host, &record);
+            let index = host.station.model.host;
+            observe(index, host.station.finish(Punctuality::default));
             host.next_tick += 1;
             host.schedule(self.control);
         }

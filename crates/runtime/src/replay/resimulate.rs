@@ -114,7 +114,7 @@ impl Resimulated {
             RecordedDevice { readings: recorded.readings.clone(), failed: recorded.device_failed };
         self.station.begin(tick);
         self.station.respond(|_, _| {});
-        self.station.finish(Punctuality::default)
+        self.station.finish(Punctuality::default).clone()
     }
 
     /// A whole recorded state: compared where the station is in step, taken over where it is not.
