@@ -27,7 +27,8 @@ fn pressed(scene: &Scene, host: HostIndex, depth_m: f64) -> Readings {
 }
 
 fn packet(step: u64, readings: &Readings) -> StatePacket {
-    let hand = |(point, reading): (u8, &Reading)| Entry::Hand { point, pose: reading.pose, twist: reading.twist };
+    let hand =
+        |(point, reading): (u8, &Reading)| Entry::Hand { point, pose: reading.pose, twist: reading.twist };
     StatePacket { step, entries: (0..).zip(readings).map(hand).collect() }
 }
 
@@ -85,7 +86,12 @@ fn while_it_sticks_the_returned_force_is_linear_in_sample_and_body() {
     }
     let force_with = |by: f64| {
         let mut state = state.clone();
-        for name in ["host1.held.host2.hand.x.age1", "host1.held.host2.hand2.vy.age1", "host1.object.y", "host1.object.v"] {
+        for name in [
+            "host1.held.host2.hand.x.age1",
+            "host1.held.host2.hand2.vy.age1",
+            "host1.object.y",
+            "host1.object.v",
+        ] {
             let coordinate: Coordinate = name.parse().unwrap();
             let value = state.coordinate(&model, 1, coordinate).unwrap();
             assert!(state.set_coordinate(&model, 1, coordinate, value + by), "{name}");
@@ -106,10 +112,19 @@ fn turns_are_coordinates_of_bodies_and_of_samples() {
     let about = DQuat::from_rotation_z(0.4);
     model.about[0] = about;
     let mut state = coupled(&model, CLIENT);
-    let object = Entry::Object { object: 0, pose: Pose { position: DVec3::ZERO, orientation: about }, twist: Twist::default() };
+    let object = Entry::Object {
+        object: 0,
+        pose: Pose { position: DVec3::ZERO, orientation: about },
+        twist: Twist::default(),
+    };
     model.receive(&mut state, CLIENT, &StatePacket { step: 6, entries: [object].into_iter().collect() });
     state.bodies[0].pose.orientation = about;
-    for name in ["host1.object.rz", "host1.held.host2.object.rz.age1", "host1.object.wz", "host1.held.host2.object.vy.age1"] {
+    for name in [
+        "host1.object.rz",
+        "host1.held.host2.object.rz.age1",
+        "host1.object.wz",
+        "host1.held.host2.object.vy.age1",
+    ] {
         let coordinate: Coordinate = name.parse().unwrap();
         assert!(state.coordinate(&model, 7, coordinate).unwrap().abs() < 1e-15, "{name}");
         assert!(state.set_coordinate(&model, 7, coordinate, 1e-5));

@@ -141,7 +141,11 @@ fn a_finger_that_tells_nonsense_is_let_go_of_smoothly_with_all_others() {
             for (finger, wrench) in tick.commanded.iter().enumerate() {
                 assert!(wrench.is_finite());
                 let last = &mut last[host.index()][finger];
-                assert!((wrench.force - *last).length() <= slew_n, "{architecture} {host} at {:?}", tick.instant);
+                assert!(
+                    (wrench.force - *last).length() <= slew_n,
+                    "{architecture} {host} at {:?}",
+                    tick.instant
+                );
                 *last = wrench.force;
                 if tick.instant.as_secs_f64() < 3.0 {
                     before_n = wrench.force.length();

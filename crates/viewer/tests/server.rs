@@ -27,7 +27,8 @@ fn start() -> Viewer {
 }
 
 fn host() -> HostSnapshot {
-    let finger = |contact| FingerSnapshot { reading: Reading::default(), commanded: Wrench::default(), contact };
+    let finger =
+        |contact| FingerSnapshot { reading: Reading::default(), commanded: Wrench::default(), contact };
     HostSnapshot {
         fingers: [finger(Phase::Free), finger(Phase::PreSlide)].into_iter().collect(),
         bodies: [Pose::default()].into_iter().collect(),
