@@ -61,21 +61,11 @@ fn copies_of_a_box_that_turns_easily_swing_against_each_other() {
     assert!(verdict.modes[1..].iter().all(|mode| mode.stable));
 }
 
-fn print(title: &str, verdict: &Stability) {
-    println!("{title}: {:.5} {} states {}", verdict.spectral_radius, verdict.stable, verdict.states);
-    for mode in &verdict.modes {
-        println!("   {:.5} {:?} {}", mode.spectral_radius, mode.axis, mode.contacts.join(" + "));
-    }
-}
-
 #[test]
 fn chapter_8_has_its_verdicts() {
     let distributed = analyze(&grasp(Distributed)).unwrap();
     let centralized = analyze(&grasp(Centralized)).unwrap();
     let softer = analyze(&with_remote_170(grasp(Centralized))).unwrap();
-    print("distributed", &distributed);
-    print("centralized", &centralized);
-    print("remote at 170 N/m", &softer);
     assert!(distributed.stable && !centralized.stable && softer.stable);
     assert!(!centralized.modes[15].stable);
     assert_eq!(distributed.modes.len(), 16);
@@ -112,7 +102,6 @@ fn each_wall_gives_the_modes_again() {
     let plane = |name: &str, at: DVec3| WallPlane { name: name.into(), point_m: at * 0.1, normal: -at };
     scene.wall.planes = vec![plane("right", DVec3::X), plane("back", DVec3::Y)];
     let verdict = analyze(&scene).unwrap();
-    print("with walls", &verdict);
     assert_eq!(verdict.modes.len(), 48);
     assert_eq!(verdict.modes[16].contacts, ["right"]);
     assert_eq!(verdict.modes[47].contacts.last().unwrap(), "back");
@@ -128,9 +117,8 @@ fn who_is_called_first_changes_nothing() {
         user.fingers.reverse();
     }
     let mut radii = [scene, swapped].map(|scene| {
-        let radii =
-            analyze(&scene).unwrap().modes.iter().map(|mode| mode.spectral_radius).collect::<Vec<_>>();
-        radii
+        let modes = analyze(&scene).unwrap().modes;
+        modes.into_iter().map(|mode| mode.spectral_radius).collect::<Vec<_>>()
     });
     for radii in &mut radii {
         radii.sort_by(f64::total_cmp);
