@@ -142,7 +142,7 @@ fn a_grasp_at_a_peer_goes_through_its_phases_and_pushes_the_box_alike_from_both_
     let mut state = HostState::new(&model);
     let mut approaching = pressed(&scene, HostIndex::FIRST, 1e-3);
     for reading in &mut approaching {
-        reading.twist.linear.y = -0.2 * reading.pose.position.y.signum();
+        reading.twist.linear.y = -2.0 * reading.pose.position.y.signum();
     }
     let resting = pressed(&scene, HostIndex::FIRST, 1e-3);
     let first = model.tick(&mut state, 0, &approaching);

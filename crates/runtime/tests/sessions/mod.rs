@@ -1,5 +1,7 @@
 //! Scenes for whole sessions, and what must hold of each.
 
+#![allow(dead_code)] // Each test binary uses its part.
+
 use std::path::Path;
 
 use cotouch_runtime::recording::RecordingReader;
