@@ -4,6 +4,7 @@ mod modes;
 mod session;
 
 use cotouch_scene::Scene;
+use cotouch_scene::mechanism::endpoint_inertia;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, DeviceKind, DeviceSpec, Shape, ShapeKind, Space, VelocityEstimate};
 use glam::{DMat3, DVec3};
@@ -49,11 +50,11 @@ pub fn compile_at(scene: &Scene, point: &OperatingPoint) -> LoopSpec {
     session::Session::new(scene, point).into_spec()
 }
 
-/// What a finger feels of its hand's and its device's inertia where it is (m, world), kg: m_h in all directions. The one
-/// place to add the links' own, where [`DeviceSpec::inertia`] asks for it.
+/// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
 #[must_use]
-pub fn endpoint_mass(scene: &Scene, _host: HostIndex, _finger: u8, _position: DVec3) -> DMat3 {
-    DMat3::from_diagonal(DVec3::splat(scene.hand.mass_kg))
+pub fn endpoint_mass(scene: &Scene, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
+    let start = scene.users[host.index()].fingers[usize::from(finger)].position_m;
+    endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
 }
 
 /// The scene's one-axis reduction, as in the thesis's analysis: everything moves along one line, across the faces that

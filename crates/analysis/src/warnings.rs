@@ -112,9 +112,6 @@ fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
     if device.max_joint_torque_n_m > 0.0 {
         warnings.push("Joint torques are limited; the analysis takes forces as rendered in full.".to_owned());
     }
-    if device.inertia {
-        warnings.push("The inertia of the device's links is left out.".to_owned());
-    }
 }
 
 fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {

@@ -38,7 +38,7 @@ fn has_keys(document: &Value, keys: &[&str]) {
 #[test]
 fn every_command_explains_itself() {
     let folder = folder();
-    let commands: [&[&str]; 9] = [
+    let commands: [&[&str]; 10] = [
         &[],
         &["run"],
         &["serve"],
@@ -47,6 +47,7 @@ fn every_command_explains_itself() {
         &["probe", "serve"],
         &["replay"],
         &["analyze", "stability"],
+        &["reproduce"],
         &["scene"],
     ];
     for command in commands {
@@ -56,7 +57,7 @@ fn every_command_explains_itself() {
         assert!(text.contains("--json") && text.contains("--set"), "{command:?}: {text}");
     }
     let run = stdout(&cotouch(folder.path(), &["run", "--help"]));
-    for default in ["[default: 10]", "recordings/", "127.0.0.1:7700", "single-axis"] {
+    for default in ["[default: 20]", "recordings/", "127.0.0.1:7700", "grasp"] {
         assert!(run.contains(default), "{default} is not in {run}");
     }
 }
@@ -185,7 +186,7 @@ fn the_same_virtual_run_gives_the_same_bytes() {
 fn an_unstable_run_was_predicted_and_is_exit_status_1() {
     let folder = folder();
     let set = "coupling.remote_hand_object.stiffness_n_per_m=4000";
-    let output = cotouch(folder.path(), &["run", "--virtual", "--no-record", "--json", "--set", set]);
+    let output = cotouch(folder.path(), &["run", "single-axis", "--virtual", "--no-record", "--json", "--set", set]);
     let document = json(&output);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(

@@ -173,6 +173,11 @@ fn velocities_that_are_told_from_positions() {
 }
 
 #[test]
+fn links_with_inertia() {
+    assert_agreement(&holding("grasp", &["device.inertia=true"]), "pantographs");
+}
+
+#[test]
 fn uneven_boxes_and_grips() {
     let mut scene = holding("grasp", &[]);
     scene.object.rotation_rad = DVec3::Z * 0.1;

@@ -44,7 +44,8 @@ impl OscillationMonitor {
             ticks: 0,
             steps: 0,
             held_j: 0.0,
-            energy: Bins::new(),
+            // A stretch holds whole swings of the energy of whatever is faster than the corner.
+            energy: Bins::new((0.5 / CORNER_HZ * schedule.control().hz()) as u64),
         }
     }
 
@@ -150,8 +151,9 @@ struct Bins {
 }
 
 impl Bins {
-    fn new() -> Self {
-        Self { sums: Vec::with_capacity(BINS), samples_per_bin: 1, in_last: 0 }
+    /// With so many samples in a stretch at first, 1 or more.
+    fn new(samples_per_bin: u64) -> Self {
+        Self { sums: Vec::with_capacity(BINS), samples_per_bin: samples_per_bin.max(1), in_last: 0 }
     }
 
     fn push(&mut self, value: f64) {
@@ -292,7 +294,7 @@ mod tests {
 
     #[test]
     fn memory_is_bounded_and_the_quarters_stay_right() {
-        let mut bins = Bins::new();
+        let mut bins = Bins::new(1);
         let total = 100_000_u32;
         for sample in 0..total {
             bins.push(if sample >= total / 4 * 3 { 4.0 } else { 1.0 });

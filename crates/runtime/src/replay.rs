@@ -156,7 +156,7 @@ mod tests {
             ("contact1_finger", |tick| {
                 tick.contacts[0].point = ContactPoint::Finger { host: HostIndex(0), finger: 1 };
             }),
-            ("contact1_on_wall", |tick| tick.contacts[0].surface = ContactSurface::Wall(0)),
+            ("contact1_on_body", |tick| tick.contacts[0].surface = ContactSurface::Wall(0)),
             ("contact1_depth_m", |tick| tick.contacts[0].depth_m = 2e-3),
             ("contact2_host", |tick| tick.contacts.push(contact())),
             ("diverged", |tick| tick.diverged = true),

@@ -146,7 +146,8 @@ fn without_loss_every_packet_comes() {
 
 #[test]
 fn built_in_scenes_are_judged_stable_however_long_they_run() {
-    for name in cotouch_scene::builtin::names() {
+    // One of them is there to be unstable.
+    for name in cotouch_scene::builtin::names().filter(|&name| name != "grasp-centralized") {
         let scene = cotouch_scene::load(name, &[]).unwrap();
         for duration_s in [1.0, 2.5, 3.0, 4.0, 8.0, 21.0] {
             let summary = virtual_run::run(&scene, duration_s, None, |_| true).unwrap();

@@ -74,7 +74,8 @@ fn the_grasp_is_tables_8_1_and_8_2() {
         assert_eq!((scene.hand.mass_kg, scene.hand.damping_n_s_per_m, scene.object.mass_kg), (0.1, 5.0, 0.4));
         assert_eq!((scene.rates.control_hz.hz(), scene.rates.network_hz.hz()), (1024.0, 128.0));
         let ground = &scene.ground;
-        assert_eq!((ground.friction_coefficient, ground.rotational_friction_coefficient), (0.05, 0.15));
+        let expected = if name == "sinusoid" { (0.0, 0.0) } else { (0.05, 0.15) };
+        assert_eq!((ground.friction_coefficient, ground.rotational_friction_coefficient), expected, "{name}");
         assert_eq!((scene.contact.static_friction, scene.contact.dynamic_friction), (0.6, 0.6));
         let distributed = scene.session.architecture == Architecture::Distributed;
         assert_eq!(distributed, name != "grasp-centralized");
