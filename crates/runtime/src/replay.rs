@@ -89,7 +89,9 @@ pub fn compare_tick(recorded: &TickRecord, replayed: &TickRecord) -> Option<Diff
             (false, false) => difference(b.0, None, Some(b.1)),
         });
     }
-    None
+    let longer = |list: &[(Field, Value)], other: usize| list.get(other).copied();
+    let extra = longer(&left, right.len()).map(|(field, value)| difference(field, Some(value), None));
+    extra.or_else(|| longer(&right, left.len()).map(|(field, value)| difference(field, None, Some(value))))
 }
 
 fn difference(field: Field, recorded: Option<Value>, replayed: Option<Value>) -> Difference {

@@ -213,10 +213,11 @@ impl<D: Device> Station<D> {
         self.state.releasing && self.state.governors.iter().all(GovernorState::is_released)
     }
 
-    /// Phase 2: due samples come into use; at a network step, `send` is handed what a server answers its clients.
+    /// Phase 2, a server's: at a network step due samples come into use, and `send` is handed what it answers its clients.
     pub fn respond(&mut self, mut send: impl FnMut(HostIndex, &StatePacket)) {
-        self.play_out();
         let (Role::Server, Some(step)) = (self.model.role, self.instant.step) else { return };
+        // Only here: what the server's answer brings to a client at this very instant must not count as late there.
+        self.play_out();
         for client in self.model.sources() {
             if let Some(packet) = self.model.respond(&self.state.host, step, &self.instant.readings, client) {
                 self.record(|| RecordKind::Sent { to: Some(client), packet: packet.clone() });

@@ -175,11 +175,13 @@ fn visit_contact(field: Field, contact: &ContactRecord, visit: &mut impl FnMut(F
     for (quantity, index) in point {
         visit(Field { quantity, ..field }, Value::Whole(i128::from(index) + 1));
     }
-    let surface = match contact.surface {
-        ContactSurface::Body(_) => "on_body",
-        ContactSurface::Wall(_) => "on_wall",
+    let number = surface_number(contact.surface);
+    let (body, wall) = match contact.surface {
+        ContactSurface::Body(_) => (number, Value::Nothing),
+        ContactSurface::Wall(_) => (Value::Nothing, number),
     };
-    visit(Field { quantity: surface, ..field }, surface_number(contact.surface));
+    visit(Field { quantity: "on_body", ..field }, body);
+    visit(Field { quantity: "on_wall", ..field }, wall);
     visit(Field { quantity: "phase", ..field }, Value::Whole(phase_number(contact.phase)));
     let pulses = match contact.phase {
         Phase::MomentCancellation { pulses_left } => Value::Whole(pulses_left.into()),
