@@ -186,7 +186,8 @@ fn the_same_virtual_run_gives_the_same_bytes() {
 fn an_unstable_run_was_predicted_and_is_exit_status_1() {
     let folder = folder();
     let set = "coupling.remote_hand_object.stiffness_n_per_m=4000";
-    let output = cotouch(folder.path(), &["run", "single-axis", "--virtual", "--no-record", "--json", "--set", set]);
+    let output =
+        cotouch(folder.path(), &["run", "single-axis", "--virtual", "--no-record", "--json", "--set", set]);
     let document = json(&output);
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     assert_eq!(

@@ -127,7 +127,7 @@ fn worst_difference(scene: &Scene, label: &str, change: impl Fn(&mut OperatingPo
             let expected = map.matrix[(row, column)];
             let share = (value - expected).abs() / norm;
             // What is not a number is as far away as can be.
-            if !(share <= worst.share) {
+            if share.is_nan() || share > worst.share {
                 let of = map.coordinates[row];
                 let what = format!(
                     "d {of} / d {coordinate} is {expected} in the analysis and {value} in the running code"

@@ -65,7 +65,7 @@ impl Contacts {
         };
         let cancellation = contact
             .moment_cancellation
-            .then(|| Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
+            .then_some(Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
         let has_world = role != Role::Client;
         let surfaces: Vec<usize> =
             (0..bodies.len()).filter(|&body| has_world && bodies[body].surface.exists()).collect();

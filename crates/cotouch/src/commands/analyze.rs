@@ -2,12 +2,15 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::stability::Stability;
+use cotouch_analysis::stability::{ModeStability, Stability};
 use cotouch_scene::Override;
 
 use super::prediction;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
+
+/// Contact modes that people are shown.
+const MOST_MODES: usize = 16;
 
 /// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
 pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
@@ -27,16 +30,37 @@ fn text(title: &str, stability: &Stability) -> String {
     row("rigid-body poles", format!("{} (left out)", stability.rigid_body_poles));
     let drag = |pole: f64| format!("{} ({})", prediction::radius(pole), drag_in_words(pole));
     row("drag pole", stability.drag_pole.map_or_else(|| "none".to_owned(), drag));
-    for mode in &stability.modes {
+    let listed = listed(&stability.modes);
+    for mode in &listed {
         let contacts =
             if mode.contacts.is_empty() { "no contact".to_owned() } else { mode.contacts.join(" + ") };
         let word = if mode.stable { "stable" } else { "unstable" };
-        row(&format!("mode: {contacts}"), format!("{} {word}", prediction::radius(mode.spectral_radius)));
+        let axis = mode.axis.map_or_else(String::new, |axis| format!(", {axis}"));
+        let radius = prediction::radius(mode.spectral_radius);
+        row("contact mode", format!("{:<22} {contacts}", format!("{radius} {word}{axis}")));
+    }
+    let more = stability.modes.len() - listed.len();
+    if more > 0 {
+        let _ = writeln!(
+            text,
+            "and {more} more contact modes, less critical than those above; --json has all of them"
+        );
     }
     for warning in &stability.warnings {
         let _ = writeln!(text, "note: {warning}");
     }
     text
+}
+
+/// All modes where there are few, else those that come nearest to growing, worst first.
+fn listed(modes: &[ModeStability]) -> Vec<&ModeStability> {
+    let mut listed: Vec<&ModeStability> = modes.iter().collect();
+    if listed.len() > MOST_MODES {
+        // Modes that only repeat a radius are kept in the order of the analysis: the sort is stable.
+        listed.sort_by(|a, b| a.stable.cmp(&b.stable).then(b.spectral_radius.total_cmp(&a.spectral_radius)));
+        listed.truncate(MOST_MODES);
+    }
+    listed
 }
 
 fn drag_in_words(pole: f64) -> &'static str {

@@ -104,7 +104,7 @@ pub(super) fn radius_of_mass_only_hands(scene: &Scene) -> anyhow::Result<f64> {
 impl HostCurves {
     fn take(&mut self, at: u64, tick: &cotouch_runtime::record::TickRecord) {
         self.fingers.resize(tick.readings.len(), FingerCurves::default());
-        if at % TICKS_A_POINT == 0 {
+        if at.is_multiple_of(TICKS_A_POINT) {
             self.time_s.push(tick.instant.as_secs_f64());
             let body = &tick.bodies[0];
             self.body_m.push(body.pose.position);
