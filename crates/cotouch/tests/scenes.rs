@@ -119,7 +119,7 @@ fn a_box_is_handed_over_in_the_air_when_the_taker_carries_it() {
     for instant in gives.iter().filter(|instant| (3.5..9.0).contains(&instant.time_s)) {
         assert!(instant.poses[0].position.z > 0.11, "{} s: {}", instant.time_s, instant.poses[0].position);
     }
-    run.assert_ends(0, DVec3::new(0.0, 0.12, 0.0), 3e-3);
+    run.assert_ends(0, DVec3::new(0.12, 0.0, 0.0), 3e-3);
     run.assert_left_alone();
 }
 
