@@ -175,7 +175,7 @@ fn a_box_in_a_wall_is_pushed_out_by_its_corners() {
     let model = HostModel::new(&scene, HostIndex::FIRST);
     let mut state = HostState::new(&model);
     let away = pressed(&scene, HostIndex::FIRST, -0.5);
-    state.bodies[0].pose.position.x = 0.1 - 0.06 + 1e-3;
+    state.bodies[0].pose.position.x = 0.14 - 0.1 + 1e-3;
     let output = model.tick(&mut state, 0, &away);
     assert!(output.touches_wall && output.wrenches[0].force.x < -1.0, "{:?}", output.wrenches);
     let wall = output.contacts[0];
