@@ -56,6 +56,10 @@ pub struct ModeStability {
     pub axis: Option<&'static str>,
 }
 
+/// A pole that is 1 but for rounding neither grows nor dies out: a body that pivots about what holds it. Something that
+/// grew by less than this a period would take years to be seen.
+const NEUTRAL: f64 = 1e-11;
+
 /// What is known about switching between contact modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
@@ -166,7 +170,7 @@ pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
     let drag_pole = (structure.dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
     eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
     let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
-    let stable = spectral_radius < 1.0;
+    let stable = loose_parts == 0 && spectral_radius < 1.0 + NEUTRAL;
     Ok(LoopStability {
         spectral_radius,
         stable,

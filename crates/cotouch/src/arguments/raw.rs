@@ -34,7 +34,7 @@ Examples:
   cotouch                           run `grasp` for 20 s; watch it on http://127.0.0.1:7700
   cotouch run --virtual             the same in simulated time: deterministic and quick
   cotouch analyze stability         only say whether it is stable
-  cotouch run grasp-centralized     the same world, kept by one host: a loop that the analysis calls unstable
+  cotouch run grasp-centralized     the same box, kept by one host: a loop that the analysis calls unstable
   cotouch scene show single-axis > mine.toml
                                     a scene to change; then: cotouch run mine.toml
 
