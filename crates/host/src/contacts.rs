@@ -16,6 +16,9 @@ use crate::model::{HostModel, Role};
 use crate::output::{ContactPoint, ContactRecord, ContactSurface, CouplerOutput, TickOutput};
 use crate::state::HostState;
 
+/// Bodies so far (m) from touching are near all the same: what comes fast is known from outside before it is inside.
+const NEAR_M: f64 = 0.05;
+
 /// The table of contacts, and their constants.
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts {
@@ -261,7 +264,7 @@ impl HostModel {
             ContactSurface::Wall(wall) => self.contacts.walls[usize::from(wall)].height(position) <= radius_m,
             ContactSurface::Body(other) => {
                 let (other, other_radius_m) = place(usize::from(other));
-                let reach_m = radius_m + other_radius_m;
+                let reach_m = radius_m + other_radius_m + NEAR_M;
                 (other - position).length_squared() <= reach_m * reach_m
             }
         }

@@ -8,6 +8,9 @@
 //! * along, while it slides: `|f_t| ≤ μ_k·f_n` (7.4). The anchor is dragged so that the sticking law would give just
 //!   that force; so a contact that sticks again does so without a jump, and what sticks never creeps.
 //!
+//! The anchor is on the surface of spheres that just touch, at `c + d·n` where it is set: on a flat face that is the
+//! same, and where the normal turns, at edges and between facets, what is deep does not count as slip.
+//!
 //! It sticks again where the tangential speed is at most `v_tr` (thesis, Fig. 7.4). At first contact the device may be
 //! pushed to a stop by pulses of its largest force, (7.1)–(7.2).
 //!
@@ -100,7 +103,8 @@ pub enum Phase {
 pub struct ContactState {
     /// What it does.
     pub phase: Phase,
-    /// Where the sphere's centre is held along the surface, body frame, m. Only its tangential part counts.
+    /// Where the centre of a sphere that just touches is held along the surface, body frame, m. Only its tangential part
+    /// counts; being on the surface, it counts the same for the next face.
     pub anchor: DVec3,
     /// From which side the sphere came.
     pub proxy: ProxyState,
@@ -187,7 +191,10 @@ pub fn touch(
     let arm = sphere.centre - pose.position;
     let reach = surface.bounding_radius_m() + sphere.radius_m;
     if !surface.exists() || arm.length_squared() > reach * reach {
-        *state = ContactState::default();
+        *state = ContactState {
+            proxy: surface.seen_far(pose.orientation.conjugate() * arm),
+            ..ContactState::default()
+        };
         return None;
     }
     let to_body = pose.orientation.conjugate();
@@ -244,20 +251,22 @@ fn respond(
         return None;
     }
     let approach = -sphere.velocity.dot(probe.normal);
+    // The sphere's centre, if it were outside and just touched.
+    let outside = sphere.centre + probe.depth_m * probe.normal;
     if state.phase == Phase::Free {
         let pulses_left = model.pulses(approach, sphere.inverse_mass_of_body_per_kg);
-        state.anchor = sphere.centre;
+        state.anchor = outside;
         state.phase =
             if pulses_left > 0 { Phase::MomentCancellation { pulses_left } } else { Phase::PreSlide };
     }
     let pulse = pulse(model, state);
     let (phase, normal_force_n, tangential) = if let Some((phase, force)) = pulse {
-        state.anchor = sphere.centre;
+        state.anchor = outside;
         (phase, force, DVec3::ZERO)
     } else {
         let push = model.normal.stiffness_n_per_m * probe.depth_m + model.normal.damping_n_s_per_m * approach;
         let normal_force_n = push.max(0.0);
-        let tangential = friction(model, state, probe.normal, sphere, normal_force_n);
+        let tangential = friction(model, state, probe.normal, (outside, sphere.velocity), normal_force_n);
         (state.phase, normal_force_n, tangential)
     };
     Some(ContactForce {
@@ -283,18 +292,18 @@ fn pulse(model: &ContactModel, state: &mut ContactState) -> Option<(Phase, f64)>
     Some((phase, force))
 }
 
-/// The force along the surface.
+/// The force along the surface on a sphere that would touch at `outside` and moves with `velocity`.
 fn friction(
     model: &ContactModel,
     state: &mut ContactState,
     normal: DVec3,
-    sphere: &Relative,
+    (outside, velocity): (DVec3, DVec3),
     normal_force_n: f64,
 ) -> DVec3 {
     let along = |vector: DVec3| vector - normal * vector.dot(normal);
     let SpringDamper { stiffness_n_per_m: stiffness, damping_n_s_per_m: damping } = model.tangential;
-    let velocity = along(sphere.velocity);
-    let trial = -stiffness * along(sphere.centre - state.anchor) - damping * velocity;
+    let velocity = along(velocity);
+    let trial = -stiffness * along(outside - state.anchor) - damping * velocity;
     let size = trial.length();
     let slow = state.phase != Phase::Slide || velocity.length() <= model.stick_speed_m_per_s;
     if slow && size <= model.static_friction * normal_force_n {
@@ -312,6 +321,6 @@ fn friction(
     let stretch = if stiffness > 0.0 { -(force + damping * velocity) / stiffness } else { DVec3::ZERO };
     // The damper alone may be stronger than friction; the anchor is then at the sphere, never ahead of it.
     let ahead = stretch.dot(direction).max(0.0) * direction;
-    state.anchor = sphere.centre - (stretch - ahead);
+    state.anchor = outside - (stretch - ahead);
     force
 }

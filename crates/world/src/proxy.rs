@@ -66,7 +66,7 @@ const MAX_STEPS: usize = 12;
 /// Where the proxy of one sphere on one surface is: a plain value. Starts, and is started again, as the default.
 ///
 /// It is about one sphere that is probed every tick: who leaves out ticks, say because the body is far, sets it back
-/// to the default, or the proxy will come from where it was last.
+/// to the default, or to what [`MeshSurface::seen_outside`] tells, or the proxy will come from where it was last.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ProxyState {
     /// Whether the proxy exists: the sphere was outside.
@@ -135,6 +135,21 @@ impl MeshSurface {
         let (normal, depth_m) = (slide.at - centre).normalize_and_length();
         let point = self.nearest_of(slide.triangle?, slide.at);
         (depth_m > 0.0).then_some(Probe { normal, depth_m, point })
+    }
+
+    /// The state of a sphere of any radius that is at `centre` (m, body's frame), known to be outside and apart from the
+    /// surface: for who knows it without a probe.
+    #[must_use]
+    pub fn seen_outside(&self, centre: DVec3) -> ProxyState {
+        let outside = centre.abs().cmple(DVec3::splat(FURTHEST_M)).all();
+        let place = if outside { centre } else { DVec3::ZERO };
+        ProxyState {
+            outside,
+            proxy: place,
+            centre: place,
+            generation: self.generation(),
+            ..ProxyState::default()
+        }
     }
 
     /// Where the proxy starts from, and about how far it will have to go from there.

@@ -6,7 +6,6 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::mesh::TriangleMesh;
 use cotouch_scene::scene::{Shape, ShapeKind};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -14,6 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::convex::probe_convex;
 use crate::cuboid::Cuboid;
 use crate::hull::Hull;
+use crate::proxy::{self, MeshSurface};
 use crate::round::Round;
 
 /// Most spheres that stand for one body.
@@ -44,14 +44,57 @@ pub struct Corner {
 ///
 /// The centre of a sphere may be beneath a surface, even beyond the other side of a thin body. Then the closest point
 /// says nothing about where it came from, and this does.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ProxyState {
+    /// On a shape that has closed forms.
+    Side(Side),
+    /// On a triangle mesh.
+    Mesh(proxy::ProxyState),
+}
+
+/// The side of a ball, capsule, box or hull.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ProxyState {
+pub struct Side {
     /// Whether `point` says anything.
     pub seen: bool,
-    /// The face, triangle or feature above the centre, while the centre is beneath the surface.
+    /// The face or feature above the centre, while the centre is beneath the surface.
     pub face: Option<u32>,
-    /// Where the sphere's centre was when it was last outside (for meshes: where the proxy is), body frame, m.
+    /// Where the sphere's centre was when it was last outside, body frame, m.
     pub point: DVec3,
+}
+
+impl Default for ProxyState {
+    fn default() -> Self {
+        Self::Side(Side::default())
+    }
+}
+
+impl ProxyState {
+    /// The face above the centre, while the centre is beneath the surface; on a mesh the triangle in contact.
+    #[must_use]
+    pub fn face(&self) -> Option<u32> {
+        match self {
+            Self::Side(side) => side.face,
+            Self::Mesh(proxy) => proxy.triangle(),
+        }
+    }
+
+    /// On a shape that has closed forms; new if it was about a mesh.
+    fn side(&self) -> Side {
+        match self {
+            Self::Side(side) => *side,
+            Self::Mesh(_) => Side::default(),
+        }
+    }
+
+    /// On a mesh; new if it was about another shape.
+    fn mesh(&self) -> proxy::ProxyState {
+        match self {
+            Self::Side(_) => proxy::ProxyState::default(),
+            Self::Mesh(proxy) => *proxy,
+        }
+    }
 }
 
 /// Where and how deep a sphere is in a surface, in the body's frame.
@@ -74,18 +117,17 @@ enum Solid {
     Mesh(MeshSolid),
 }
 
-/// A closed triangle mesh.
+/// A closed triangle mesh, and the hull that its corners are from.
 #[derive(Clone, Debug)]
 struct MeshSolid {
-    #[expect(dead_code, reason = "the convex hull answers for it")]
-    mesh: Arc<TriangleMesh>,
+    surface: Arc<MeshSurface>,
     hull: Hull,
 }
 
 impl MeshSolid {
-    /// The one place where a sphere asks a mesh.
-    fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
-        probe_convex(&self.hull, proxy, centre, radius)
+    fn probe(&self, proxy: &mut proxy::ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
+        let proxy::Probe { normal, depth_m, point } = self.surface.probe(proxy, centre, radius)?;
+        Some(Probe { normal, depth_m, point })
     }
 }
 
@@ -125,6 +167,9 @@ impl Surface {
     /// Of a body that stays in the plane across its own z axis, and is touched in that plane only: like
     /// [`Surface::new`], but a box has no faces across z, each corner lies in the plane, and those that fall together
     /// there are one.
+    ///
+    /// Hulls and meshes are still touched in space, by spheres with their centres in the plane: the normal of a face
+    /// that leans has a part across the plane, which the body's guide takes.
     #[must_use]
     pub fn planar(shape: &Shape) -> Self {
         let mut surface = Self::new(shape);
@@ -160,22 +205,40 @@ impl Surface {
         &self.corners
     }
 
+    /// What there is to remember of a sphere that is about to come near: its centre is at `centre` (body frame, m), beyond
+    /// the [bounding radius](Self::bounding_radius_m). On a mesh no speed takes it in from there unseen.
+    #[must_use]
+    pub fn seen_far(&self, centre: DVec3) -> ProxyState {
+        match &self.solid {
+            Solid::Mesh(mesh) => ProxyState::Mesh(mesh.surface.seen_outside(centre)),
+            _ => ProxyState::default(),
+        }
+    }
+
     /// Where a sphere of `radius` (m) with its centre at `centre` (body frame, m) is in the surface; `None` if it does
     /// not touch. Ask in every tick in which the sphere is near, or give a default `proxy`: it remembers from which
     /// side the sphere came.
     #[must_use]
     pub fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
+        let mut side = proxy.side();
         let probe = match &self.solid {
-            Solid::None => None,
-            Solid::Round(round) => round.probe(proxy, centre, radius),
-            Solid::Box(cuboid) => probe_convex(cuboid, proxy, centre, radius),
-            Solid::Hull(hull) => probe_convex(hull, proxy, centre, radius),
-            Solid::Mesh(mesh) => mesh.probe(proxy, centre, radius),
+            Solid::None => return None,
+            Solid::Round(round) => round.probe(&mut side, centre, radius),
+            Solid::Box(cuboid) => probe_convex(cuboid, &mut side, centre, radius),
+            Solid::Hull(hull) => probe_convex(hull, &mut side, centre, radius),
+            Solid::Mesh(mesh) => {
+                let mut state = proxy.mesh();
+                let probe = mesh.probe(&mut state, centre, radius);
+                *proxy = ProxyState::Mesh(state);
+                return probe;
+            }
         };
+        *proxy = ProxyState::Side(side);
         probe.filter(|probe| probe.depth_m > 0.0)
     }
 }
 
+/// What a shape is to be asked as.
 fn solid(shape: &Shape) -> Solid {
     let of_mesh = || {
         let mesh = shape.surface.as_ref()?;
@@ -190,7 +253,11 @@ fn solid(shape: &Shape) -> Solid {
         ShapeKind::Box => Solid::Box(Cuboid { half: 0.5 * shape.size_m }),
         ShapeKind::Hull => of_mesh().map_or(Solid::None, |(_, hull)| Solid::Hull(hull)),
         ShapeKind::Mesh => of_mesh()
-            .map_or(Solid::None, |(mesh, hull)| Solid::Mesh(MeshSolid { mesh: Arc::clone(mesh), hull })),
+            .and_then(|(mesh, hull)| {
+                let surface = Arc::new(MeshSurface::of(mesh).ok()?);
+                Some(Solid::Mesh(MeshSolid { surface, hull }))
+            })
+            .unwrap_or(Solid::None),
     }
 }
 

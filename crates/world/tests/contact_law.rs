@@ -148,7 +148,7 @@ fn a_contact_is_a_plain_value() {
     let sphere =
         Sphere { centre: DVec3::new(0.001, 0.02, 0.1_f64.sqrt() * 0.01), velocity: DVec3::X, radius_m: 0.01 };
     let force = touch(&model(), &mut state, &surface, (&Pose::default(), &Twist::default()), &sphere, 0.0);
-    assert!(force.is_some() && state.proxy.face.is_some());
+    assert!(force.is_some() && state.proxy.face().is_some());
     let text = serde_json::to_string(&state).expect("writes");
     assert_eq!(serde_json::from_str::<ContactState>(&text).expect("reads"), state);
 }

@@ -71,6 +71,7 @@ fn with(goal: DVec3, plane: HalfSpace, held: &[Held]) -> Option<Foot> {
 }
 
 /// The point of all `planes` nearest to `goal`; None unless each of them holds it back.
+#[inline]
 fn foot(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
     let mut holds = [0.0; 3];
     match *planes {

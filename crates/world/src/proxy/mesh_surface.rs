@@ -195,8 +195,16 @@ impl MeshSurface {
         found: &mut HalfSpaces,
     ) -> Result<(), TooMany> {
         found.clear();
-        let flow = self.tree.near(home, sphere.1 + reach_m, |at| {
-            let shortest = self.half_space(at, sphere);
+        let (centre, radius_m) = sphere;
+        // What is further from the centre is beyond reach.
+        let furthest = radius_m + reach_m + centre.distance(home);
+        let furthest_squared = furthest * furthest;
+        let flow = self.tree.near(home, radius_m + reach_m, |at| {
+            let nearest = triangle::closest_point(&self.corners[at], centre);
+            if nearest.distance_squared(centre) > furthest_squared {
+                return ControlFlow::Continue(());
+            }
+            let shortest = self.half_space_at(at, nearest, sphere);
             // A plane beyond reach is that of a triangle beyond reach.
             if shortest.excess(home) < -reach_m || found.try_push(shortest).is_ok() {
                 ControlFlow::Continue(())
@@ -220,13 +228,30 @@ impl MeshSurface {
         easily: bool,
     ) -> Option<Foot> {
         half_space::nearest(goal, |point| {
-            loop {
-                let at = half_space::worst_of(spaces, point)?;
-                if !easily || spaces[at].settled {
-                    return Some(spaces[at]);
-                }
-                spaces[at] = self.towards(spaces[at], sphere, goal);
+            let first = half_space::worst_of(spaces, point)?;
+            if !easily || spaces[first].settled {
+                return Some(spaces[first]);
             }
+            spaces[first] = self.towards(spaces[first], sphere, goal);
+            let mut worst = (half_space::TOLERANCE_M, None);
+            let excess = spaces[first].excess(point);
+            if excess > worst.0 {
+                worst = (excess, Some(first));
+            }
+            for at in 0..spaces.len() {
+                // A plane is never replaced by one that stops more.
+                if spaces[at].excess(point) <= worst.0 {
+                    continue;
+                }
+                if !spaces[at].settled {
+                    spaces[at] = self.towards(spaces[at], sphere, goal);
+                }
+                let excess = spaces[at].excess(point);
+                if excess > worst.0 {
+                    worst = (excess, Some(at));
+                }
+            }
+            worst.1.map(|at| spaces[at])
         })
     }
 
@@ -252,10 +277,14 @@ impl MeshSurface {
 
     /// What the triangle `at` leaves to a sphere (centre, radius): beyond the plane across the shortest way.
     #[inline]
-    pub(super) fn half_space(&self, at: usize, (centre, radius_m): (DVec3, f64)) -> HalfSpace {
-        let corners = &self.corners[at];
-        let nearest = triangle::closest_point(corners, centre);
-        let (normal, _) = direction(corners, nearest, centre);
+    pub(super) fn half_space(&self, at: usize, sphere: (DVec3, f64)) -> HalfSpace {
+        self.half_space_at(at, triangle::closest_point(&self.corners[at], sphere.0), sphere)
+    }
+
+    /// The same, where the triangle's point that is nearest to the sphere's centre is known.
+    #[inline]
+    fn half_space_at(&self, at: usize, nearest: DVec3, (centre, radius_m): (DVec3, f64)) -> HalfSpace {
+        let (normal, _) = direction(&self.corners[at], nearest, centre);
         HalfSpace { normal, offset: normal.dot(nearest) + radius_m, triangle: at as u32, settled: false }
     }
 

@@ -2,15 +2,19 @@
 
 use std::ops::{ControlFlow, Range};
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
+
+/// How much larger than a reach (as a part of it and of the largest coordinate) boxes in single precision are looked at.
+const SINGLE: f64 = 1e-6;
 
 /// Most triangles of a leaf.
 const LEAF: usize = 2;
 
+/// In single precision, rounded outward: half of the memory, a third of the time.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    least: DVec3,
-    most: DVec3,
+    least: Vec3A,
+    most: Vec3A,
     /// The next node that is not below this one.
     skip: u32,
     /// Of a leaf: its first triangle.
@@ -20,9 +24,17 @@ struct Node {
 }
 
 impl Node {
+    /// At least nearly: to be compared with a square that has room for the error.
+    #[inline]
+    fn roughly_squared(&self, point: Vec3A) -> f32 {
+        (self.least - point).max(point - self.most).max(Vec3A::ZERO).length_squared()
+    }
+
+    /// A lower bound.
     #[inline]
     fn distance_squared(&self, point: DVec3) -> f64 {
-        (self.least - point).max(point - self.most).max(DVec3::ZERO).length_squared()
+        let (least, most) = (self.least.as_dvec3(), self.most.as_dvec3());
+        (least - point).max(point - most).max(DVec3::ZERO).length_squared()
     }
 
     fn triangles(&self) -> Range<usize> {
@@ -58,7 +70,9 @@ impl Tree {
             let (least, most) = if node.count > 0 {
                 let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
                 let corners = triangles[node.triangles()].iter().flatten();
-                corners.fold(start, |(least, most), corner| (least.min(*corner), most.max(*corner)))
+                let (least, most) =
+                    corners.fold(start, |(least, most), corner| (least.min(*corner), most.max(*corner)));
+                outward(least, most)
             } else {
                 let first = self.nodes[at + 1];
                 let second = self.nodes[first.skip as usize];
@@ -82,10 +96,11 @@ impl Tree {
         reach_m: f64,
         mut visit: impl FnMut(usize) -> ControlFlow<B>,
     ) -> ControlFlow<B> {
-        let reach_squared = reach_m * reach_m;
+        let room = reach_m + SINGLE * (reach_m + point.abs().max_element());
+        let (point, reach_squared) = (point.as_vec3a(), (room * room) as f32);
         let mut at = 0;
         while let Some(node) = self.nodes.get(at) {
-            if node.distance_squared(point) > reach_squared {
+            if node.roughly_squared(point) > reach_squared {
                 at = node.skip as usize;
                 continue;
             }
@@ -138,12 +153,19 @@ impl Tree {
     }
 }
 
+/// A box in single precision that has the given one in it.
+fn outward(least: DVec3, most: DVec3) -> (Vec3A, Vec3A) {
+    let down = least.to_array().map(|value| (value as f32).next_down());
+    let up = most.to_array().map(|value| (value as f32).next_up());
+    (Vec3A::from_array(down), Vec3A::from_array(up))
+}
+
 /// Appends the tree over `order`, whose first place is `first`; halves it across the longest side. As deep as
 /// the logarithm of the number of triangles.
 fn split(nodes: &mut Vec<Node>, centres: &[DVec3], order: &mut [u32], first: usize) {
     let at = nodes.len();
     let count = if order.len() <= LEAF { order.len() as u32 } else { 0 };
-    nodes.push(Node { least: DVec3::ZERO, most: DVec3::ZERO, skip: 0, first: first as u32, count });
+    nodes.push(Node { least: Vec3A::ZERO, most: Vec3A::ZERO, skip: 0, first: first as u32, count });
     if count == 0 {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
         let (least, most) = order.iter().fold(start, |(least, most), &triangle| {
