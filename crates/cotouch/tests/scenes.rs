@@ -1,10 +1,13 @@
 //! What the built-in scenes tell happens: each runs in virtual time to the end of its story, stable, and no governor acts
 //! once forces have faded in.
 
+use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::replay::replay;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::geometry::Pose;
+use cotouch_scene::mesh::{Triangles, generators};
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{builtin, load};
+use cotouch_scene::{Override, builtin, load};
 use glam::{DQuat, DVec3};
 
 /// Forces have faded in by then, s.
@@ -197,4 +200,37 @@ fn the_other_scenes_run() {
         let summary = virtual_run::run(&scene, 5.0, None, |_| true).unwrap();
         assert!(summary.stable || predicted_unstable.contains(&name), "{name}: {:?}", summary.instability);
     }
+}
+
+/// A closed mesh as ASCII STL.
+fn stl(mesh: &Triangles) -> String {
+    let vertex = |&index: &u32| {
+        let DVec3 { x, y, z } = mesh.vertices[index as usize];
+        format!("vertex {x} {y} {z}\n")
+    };
+    let facet = |corners: &[u32; 3]| {
+        let vertices: String = corners.iter().map(vertex).collect();
+        format!("facet normal 0 0 0\nouter loop\n{vertices}endloop\nendfacet\n")
+    };
+    let facets: String = mesh.triangles.iter().map(facet).collect();
+    format!("solid mesh\n{facets}endsolid mesh\n")
+}
+
+#[test]
+fn a_mesh_from_a_file_is_handed_over_and_its_recording_replays() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("box.stl");
+    let size = load("hand-over", &[]).unwrap().object.shape.size_m;
+    std::fs::write(&file, stl(&generators::cuboid(size))).unwrap();
+    let settings = ["object.shape=mesh".to_owned(), format!("object.mesh={}", file.display())];
+    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
+    let scene = load("hand-over", &overrides).unwrap();
+    let recording = folder.path().join("mesh.mcap");
+    let summary = virtual_run::run(&scene, 20.0, Some(&recording), |_| true).unwrap();
+    assert!(summary.stable, "{:?}", summary.instability);
+    // Fingers go towards a mesh's centre and not straight at a side, which moves it a little before they hold it.
+    let moved = DVec3::from_array(summary.objects[0].position_m) - scene.object.position_m;
+    assert!((moved - DVec3::X * 0.12).length() < 0.02, "{moved}");
+    let replayed = replay(RecordingReader::open(&recording).unwrap(), |_| {}).unwrap();
+    assert!(replayed.comparison.identical() && replayed.comparison.ticks > 40_000);
 }

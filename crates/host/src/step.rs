@@ -107,7 +107,8 @@ impl HostModel {
     }
 
     fn step_bodies(&self, state: &mut HostState, output: &mut TickOutput) {
-        let before: ArrayVec<BodyState, MAX_BODIES> = state.bodies.iter().copied().collect();
+        let mut before = ArrayVec::<BodyState, MAX_BODIES>::new();
+        before.extend(state.bodies.iter().copied());
         for &index in &self.moving {
             self.bodies[index].step(&mut state.bodies[index], &output.wrenches[index]);
         }

@@ -167,12 +167,14 @@ impl<D: Device> Station<D> {
         if self.state.last_tick.is_none() {
             self.device.start(tick);
         }
-        let read = self.read_device(tick);
-        let device_failed = read.is_none();
-        let readings = read.unwrap_or_else(|| self.state.last_readings.clone());
+        let device_failed = !self.read_device(tick);
+        if device_failed {
+            refill(&mut self.instant.readings, self.state.last_readings.iter().copied());
+        }
         let step = self.model.step_due(&self.state.host, tick);
         let skipped = self.state.last_tick.map_or(0, |last| tick.saturating_sub(last + 1));
-        self.instant = Instant { tick, step, readings, device_failed, skipped };
+        (self.instant.tick, self.instant.step) = (tick, step);
+        (self.instant.device_failed, self.instant.skipped) = (device_failed, skipped);
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
@@ -233,8 +235,9 @@ impl<D: Device> Station<D> {
         self.play_out();
         let Instant { tick, step, device_failed, .. } = self.instant;
         self.state.last_tick = Some(tick);
-        self.state.last_readings.clone_from(&self.instant.readings);
-        let view: ArrayVec<Pose, MAX_BODIES> = self.state.host.bodies.iter().map(|body| body.pose).collect();
+        refill(&mut self.state.last_readings, self.instant.readings.iter().copied());
+        let mut view = ArrayVec::<Pose, MAX_BODIES>::new();
+        view.extend(self.state.host.bodies.iter().map(|body| body.pose));
         self.model.tick_into(&mut self.state.host, tick, &self.instant.readings, &mut self.output);
         let governed = self.govern();
         let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
@@ -282,12 +285,16 @@ impl<D: Device> Station<D> {
         fingers.map(govern).collect()
     }
 
-    /// One reading a finger; a device that gives any other number has failed.
-    fn read_device(&mut self, tick: u64) -> Option<Readings> {
-        let mut readings = self.device.read(tick).ok()?;
+    /// Takes one reading a finger, if the device gives as many; whether it did. A device that gives fewer has failed.
+    fn read_device(&mut self, tick: u64) -> bool {
         let fingers = self.state.governors.len();
-        readings.truncate(fingers);
-        (readings.len() == fingers).then_some(readings)
+        match self.device.read(tick) {
+            Ok(readings) if readings.len() >= fingers => {
+                refill(&mut self.instant.readings, readings[..fingers].iter().copied());
+                true
+            }
+            _ => false,
+        }
     }
 
     /// Puts due samples into use. A host that has waited for the world meets it where it is: where bodies have no
@@ -298,9 +305,7 @@ impl<D: Device> Station<D> {
         self.model.play_out(&mut self.state.host, tick);
         if was_adopting && !self.state.host.adopting && !self.model.has_surfaces() {
             self.device.recentre(self.state.host.bodies[0].pose.position);
-            if let Some(readings) = self.read_device(tick) {
-                self.instant.readings = readings;
-            }
+            self.read_device(tick);
         }
     }
 
