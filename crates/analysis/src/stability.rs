@@ -21,7 +21,7 @@ pub struct Stability {
     /// Largest absolute eigenvalue over one pattern, in the worst contact mode, without the rigid-body poles.
     /// Infinite where the state grows more than 10¹²⁰-fold within one pattern.
     pub spectral_radius: f64,
-    /// Whether every contact mode's spectral radius is below 1, strictly.
+    /// Whether every contact mode's spectral radius is below 1, or 1 but for rounding (within 1e-11): neutral.
     pub stable: bool,
     /// Eigenvalues at exactly 1 by structure, of the settled mode (every finger that presses on something in contact, no
     /// wall touched): for each part that drifts by itself and each direction in which it does, 1, or 2 where its
@@ -75,7 +75,7 @@ pub enum Switching {
 pub struct LoopStability {
     /// Largest absolute eigenvalue over one pattern, without the rigid-body poles.
     pub spectral_radius: f64,
-    /// Whether that is below 1, strictly.
+    /// Whether that is below 1, or 1 but for rounding (within 1e-11): neutral.
     pub stable: bool,
     /// Eigenvalues at exactly 1 by structure, as in [`Stability`].
     pub rigid_body_poles: u8,

@@ -108,12 +108,19 @@ pub struct ContactState {
     pub anchor: DVec3,
     /// From which side the sphere came.
     pub proxy: ProxyState,
+    /// Ticks that the two must still be apart before a contact counts as a first one again. A sphere that rattles on a
+    /// surface, or whose velocity is told in coarse steps, would else be pushed to a stop again and again.
+    pub rest_ticks: u16,
 }
+
+/// So long must sphere and surface be apart for the next contact to be a first one, s.
+const APART_S: f64 = 0.1;
 
 impl ContactState {
     /// Apart, still knowing the side.
     fn release(&mut self) {
-        *self = Self { proxy: self.proxy, ..Self::default() };
+        let rest_ticks = self.rest_ticks.saturating_sub(1);
+        *self = Self { proxy: self.proxy, rest_ticks, ..Self::default() };
     }
 }
 
@@ -254,11 +261,14 @@ fn respond(
     // The sphere's centre, if it were outside and just touched.
     let outside = sphere.centre + probe.depth_m * probe.normal;
     if state.phase == Phase::Free {
-        let pulses_left = model.pulses(approach, sphere.inverse_mass_of_body_per_kg);
+        let is_first = state.rest_ticks == 0;
+        let pulses = model.pulses(approach, sphere.inverse_mass_of_body_per_kg);
+        let pulses_left = if is_first { pulses } else { 0 };
         state.anchor = outside;
         state.phase =
             if pulses_left > 0 { Phase::MomentCancellation { pulses_left } } else { Phase::PreSlide };
     }
+    state.rest_ticks = (APART_S / model.period_s) as u16;
     let pulse = pulse(model, state);
     let (phase, normal_force_n, tangential) = if let Some((phase, force)) = pulse {
         state.anchor = outside;

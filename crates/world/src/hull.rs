@@ -61,11 +61,10 @@ impl Hull {
         }
         let volume: f64 = facets.iter().map(|f| f.offset * area(&f.vertices)).sum::<f64>() / 3.0;
         let solid = volume > 1e-9 * bounding_radius_m.powi(3);
-        let used: Vec<DVec3> = (0_u32..)
-            .zip(&vertices)
-            .filter(|(index, _)| triangles.iter().any(|triangle| triangle.contains(index)))
-            .map(|(_, vertex)| *vertex)
-            .collect();
+        let mut is_used = vec![false; vertices.len()];
+        triangles.iter().flatten().for_each(|&vertex| is_used[vertex as usize] = true);
+        let used =
+            vertices.iter().zip(is_used).filter(|(_, used)| *used).map(|(vertex, _)| *vertex).collect();
         solid.then_some(Self { facets, vertices: used, bounding_radius_m })
     }
 
@@ -120,22 +119,57 @@ fn planes(vertices: &[DVec3], triangles: &[[u32; 3]]) -> Vec<(DVec3, f64)> {
     let mut by_area: Vec<usize> = (0..triangles.len()).collect();
     by_area.sort_by(|&a, &b| area(&corners(&triangles[b])).total_cmp(&area(&corners(&triangles[a]))));
     let size = vertices.iter().map(|vertex| vertex.length()).fold(0.0, f64::max);
-    let mut known: Vec<(DVec3, f64)> = Vec::new();
+    let mut known = KnownPlanes::default();
     let mut planes = vec![(DVec3::ZERO, 0.0); triangles.len()];
     for index in by_area {
         let [a, b, c] = corners(&triangles[index]);
         let normal = (b - a).cross(c - a).normalize_or_zero();
-        let offset = normal.dot(a);
-        let same = |plane: &&(DVec3, f64)| {
+        let same = |plane: &(DVec3, f64)| {
             let inside = [a, b, c].iter().all(|corner| (plane.0.dot(*corner) - plane.1).abs() < FLAT * size);
             inside && (plane.0.dot(normal) > 0.9 || normal == DVec3::ZERO)
         };
-        planes[index] = known.iter().find(same).copied().unwrap_or_else(|| {
-            known.push((normal, offset));
-            (normal, offset)
-        });
+        let is_sliver = area(&[a, b, c]) < SLIVER * size * size;
+        let found = if is_sliver { known.anywhere(same) } else { known.near(normal, same) };
+        planes[index] = found.unwrap_or_else(|| known.add((normal, normal.dot(a))));
     }
     planes
+}
+
+/// A triangle of less area than this share of the squared bounding radius may have any normal.
+const SLIVER: f64 = 1e-8;
+
+/// Planes that can be found by their normal, so that a hull of many thousand faces is not compared face by face.
+#[derive(Default)]
+struct KnownPlanes {
+    planes: Vec<(DVec3, f64)>,
+    by_normal: HashMap<[i32; 3], Vec<usize>>,
+}
+
+impl KnownPlanes {
+    /// Normals this close to each other are in neighbouring cells.
+    const CELL: f64 = 0.02;
+
+    fn cell(normal: DVec3) -> [i32; 3] {
+        (normal / Self::CELL).floor().to_array().map(|number| number as i32)
+    }
+
+    fn add(&mut self, plane: (DVec3, f64)) -> (DVec3, f64) {
+        self.by_normal.entry(Self::cell(plane.0)).or_default().push(self.planes.len());
+        self.planes.push(plane);
+        plane
+    }
+
+    fn anywhere(&self, same: impl Fn(&(DVec3, f64)) -> bool) -> Option<(DVec3, f64)> {
+        self.planes.iter().copied().find(same)
+    }
+
+    /// The first that was added of those with nearly this normal.
+    fn near(&self, normal: DVec3, same: impl Fn(&(DVec3, f64)) -> bool) -> Option<(DVec3, f64)> {
+        let [x, y, z] = Self::cell(normal);
+        let cells = (0..27).map(|n| [x + n % 3 - 1, y + n / 3 % 3 - 1, z + n / 9 - 1]);
+        let indices = cells.filter_map(|cell| self.by_normal.get(&cell)).flatten();
+        indices.copied().filter(|&index| same(&self.planes[index])).min().map(|index| self.planes[index])
+    }
 }
 
 impl Facet {

@@ -239,7 +239,7 @@ enum Analyze {
     /// Whether every contact mode of a scene is stable, and by how much
     #[command(after_help = "\
 The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
-the loop is stable. The exit status is 0 whatever the verdict.
+the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
 
 Example:
   cotouch analyze stability grasp

@@ -55,10 +55,18 @@ pub(super) fn verdict(stability: &Stability) -> String {
     format!("{word} ({radius}{modes})")
 }
 
+/// As near to 1 as rounding lets the analysis see.
+const NEUTRAL: f64 = 1e-11;
+
 /// A spectral radius so that the side of 1 on which it lies can be seen.
 pub(super) fn radius(radius: f64) -> String {
     let short = format!("{radius:.4}");
-    if short == "1.0000" && radius != 1.0 { format!("{radius:.9}") } else { short }
+    match short.as_str() {
+        "1.0000" if (radius - 1.0).abs() < NEUTRAL => "1 (neutral)".to_owned(),
+        "1.0000" => format!("{radius:.9}"),
+        _ if radius > 1e4 => format!("{radius:.3e}"),
+        _ => short,
+    }
 }
 
 fn milliseconds(seconds: f64) -> String {

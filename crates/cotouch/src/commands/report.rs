@@ -50,7 +50,7 @@ pub(super) fn verdict(summary: &Summary) -> String {
         None => format!("{outcome}; nothing was predicted"),
         Some(false) => format!("{outcome}, as predicted"),
         Some(true) if summary.stable => format!(
-            "{outcome}, although the prediction was unstable: the run was too short or too quiet for the growth to show"
+            "{outcome} by its energy, although the prediction was unstable: in the run's last quarter nothing grew; a quiet end, friction or a force limit can hide or bound an oscillation"
         ),
         Some(true) => format!(
             "{outcome}, although the prediction was stable: something acted that the analysis leaves out"
