@@ -7,6 +7,8 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Parser as _;
+use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
+use cotouch_analysis::sweep::{Grid, Sweep};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
@@ -68,11 +70,41 @@ pub(crate) enum Command {
         /// The folder that gets one CSV file a host.
         csv: Option<PathBuf>,
     },
-    /// The verdict of the analysis on a scene.
+    /// The verdict of the analysis on a scene, or on a scene whose keys are swept.
     Stability {
         /// The scene.
         scene: String,
+        /// Up to two.
+        sweeps: Vec<Sweep>,
+        /// Whether the radius is wanted at every point of a sweep.
+        with_radius: bool,
     },
+    /// How far a scene is from instability.
+    Margin {
+        /// The scene.
+        scene: String,
+    },
+    /// What held data add to the damping that a user feels.
+    Damping {
+        /// The scene.
+        scene: String,
+        /// A number from 1 or a name.
+        user: String,
+    },
+    /// What users feel over frequency.
+    Admittance {
+        /// The scene.
+        scene: String,
+        /// rad/s.
+        frequencies: Grid,
+    },
+    /// What users feel at rest.
+    Stiffness {
+        /// The scene.
+        scene: String,
+    },
+    /// Local models on a slow elastic object.
+    LocalModel(LocalModel),
     /// The seeds' figures and tables.
     Reproduce {
         /// Which; all where none is named.
@@ -92,6 +124,82 @@ pub(crate) enum Command {
     },
     /// The JSON Schema of scenes.
     SceneSchema,
+}
+
+/// What to do with a local model.
+#[derive(Debug)]
+pub(crate) enum LocalModel {
+    /// Its stability.
+    Check(LocalModelCheck),
+    /// Its response to a step of the hand.
+    Step(LocalModelStep),
+    /// Gains for an object.
+    Choose(LocalModelChoose),
+}
+
+/// A PI local model on an elastic object, and who holds it.
+#[derive(Debug)]
+pub(crate) struct LocalModelCheck {
+    /// N/m.
+    pub(crate) kh: f64,
+    /// N·T·I, N/m.
+    pub(crate) int: f64,
+    /// N/m.
+    pub(crate) ko: f64,
+    /// N: ticks in a slow period.
+    pub(crate) ratio: u32,
+    /// What goes to the simulation.
+    pub(crate) returned_force: ReturnedForce,
+    /// How the surface moves in between.
+    pub(crate) hold: SurfaceHold,
+    /// A hand that is free to move; held still when nothing is said. kg, N·s/m, N/m.
+    pub(crate) hand: Option<[f64; 3]>,
+    /// 1/T; only counts with a hand.
+    pub(crate) fast_hz: Rate,
+}
+
+/// A step of the hand.
+#[derive(Debug)]
+pub(crate) struct LocalModelStep {
+    /// N/m.
+    pub(crate) kh: f64,
+    /// N·T·I, N/m.
+    pub(crate) int: f64,
+    /// N/m.
+    pub(crate) ko: f64,
+    /// How far the hand moves, m.
+    pub(crate) input_m: f64,
+    /// 1/(N·T).
+    pub(crate) slow_hz: Rate,
+    /// 1/T.
+    pub(crate) fast_hz: Rate,
+    /// Contact pushes only.
+    pub(crate) unilateral: bool,
+    /// What goes to the simulation.
+    pub(crate) returned_force: ReturnedForce,
+    /// How the surface moves in between.
+    pub(crate) hold: SurfaceHold,
+    /// s.
+    pub(crate) duration_s: Option<f64>,
+}
+
+/// An object for which gains are wanted.
+#[derive(Debug)]
+pub(crate) struct LocalModelChoose {
+    /// N/m.
+    pub(crate) ko: f64,
+    /// Share by which K_o may be wrong, either way.
+    pub(crate) ko_error: f64,
+    /// Contacts on the object.
+    pub(crate) contacts: u32,
+    /// Compliance between two contacts over compliance of one.
+    pub(crate) correlation: f64,
+    /// N: ticks in a slow period.
+    pub(crate) ratio: u32,
+    /// What goes to the simulation.
+    pub(crate) returned_force: ReturnedForce,
+    /// How the surface moves in between.
+    pub(crate) hold: SurfaceHold,
 }
 
 /// How to run a session in this process.
@@ -201,7 +309,20 @@ mod tests {
             "probe",
             "probe 127.0.0.1:1 --rate 0",
             "probe serve",
-            "analyze stability --sweep hand.mass_kg=0..1:3",
+            "analyze stability --sweep hand.mass_kg=0..1",
+            "analyze stability --sweep a=0..1:2 --sweep b=0..1:2 --sweep c=0..1:2",
+            "analyze stability --sweep a=0..1:2 --sweep a=0..2:2",
+            "analyze stability --radius",
+            "analyze admittance",
+            "analyze admittance --frequencies 0..10:5:log",
+            "local-model check --kh 1 --int 0 --ko 1 --ratio 0 --returned-force mean",
+            "local-model check --kh 1 --int 0 --ko 1 --ratio 5 --returned-force second",
+            "local-model check --kh -1 --int 0 --ko 1 --ratio 5 --returned-force mean",
+            "local-model check --kh 1 --int 0 --ko 0 --ratio 5 --returned-force mean",
+            "local-model step --kh 1 --ko 1",
+            "local-model choose --ko 1000 --ko-error 1",
+            "local-model choose --ko 1000 --contacts 2 --correlation 1.5",
+            "local-model compare",
             "export x",
         ] {
             assert!(read(words).is_err(), "{words}");

@@ -1,6 +1,9 @@
 //! What each command does, a file a command.
 
 mod analyze;
+mod local_model;
+mod map;
+mod margin;
 mod prediction;
 mod probe;
 mod replay;
@@ -8,6 +11,7 @@ mod report;
 mod reproduce;
 mod run;
 mod scene;
+mod transparency;
 
 use std::net::{SocketAddr, ToSocketAddrs as _};
 
@@ -27,7 +31,17 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
         Command::ProbeServe { listen } => probe::serve(*listen, output),
         Command::Probe(probe) => probe::probe(probe, output),
         Command::Replay { file, csv } => replay::replay(file, csv.as_deref(), output),
-        Command::Stability { scene } => analyze::stability(scene, overrides, output),
+        Command::Stability { scene, sweeps, with_radius } => match &sweeps[..] {
+            [] => analyze::stability(scene, overrides, output),
+            [x, rest @ ..] => map::map(scene, x, rest.first(), *with_radius, overrides, output),
+        },
+        Command::Margin { scene } => margin::margin(scene, overrides, output),
+        Command::Damping { scene, user } => transparency::damping(scene, user, overrides, output),
+        Command::Admittance { scene, frequencies } => {
+            transparency::admittance(scene, frequencies, overrides, output)
+        }
+        Command::Stiffness { scene } => transparency::stiffness(scene, overrides, output),
+        Command::LocalModel(what) => local_model::local_model(what, output),
         Command::Reproduce { ids } => reproduce::reproduce(ids, output),
         Command::SceneList => scene::list(output),
         Command::SceneShow { scene } => scene::show(scene, overrides, output),
@@ -37,8 +51,19 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
 }
 
 fn takes_overrides(command: &Command) -> bool {
-    use Command::{Run, SceneCheck, SceneShow, Serve, Stability};
-    matches!(command, Run(_) | Serve { .. } | Stability { .. } | SceneShow { .. } | SceneCheck { .. })
+    use Command::{Admittance, Damping, Margin, Run, SceneCheck, SceneShow, Serve, Stability, Stiffness};
+    matches!(
+        command,
+        Run(_)
+            | Serve { .. }
+            | Stability { .. }
+            | Margin { .. }
+            | Damping { .. }
+            | Admittance { .. }
+            | Stiffness { .. }
+            | SceneShow { .. }
+            | SceneCheck { .. }
+    )
 }
 
 /// What libraries have to say goes to stderr: warnings, or what `COTOUCH_LOG` asks for.

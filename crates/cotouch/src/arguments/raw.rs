@@ -3,12 +3,15 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
+use cotouch_analysis::sweep::{Sweep, SweepError};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
 use super::{
-    Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, Probe, Recording, Run,
+    Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, LocalModel,
+    LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Run,
 };
 use crate::output::Output;
 
@@ -141,6 +144,11 @@ Example:
         #[command(subcommand)]
         what: Analyze,
     },
+    /// Local models: what keeps a fast haptic loop on a slowly simulated object stable
+    LocalModel {
+        #[command(subcommand)]
+        what: LocalModelCommand,
+    },
     /// Repeat the figures and tables of the two works that cotouch is built on
     #[command(after_help = "\
 Writes one page (index.html), figures (SVG) and their numbers (CSV) to a folder, by default reproduced/; --out names \
@@ -241,14 +249,238 @@ enum Analyze {
 The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
 the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
 
+With --sweep the answer is a map, with its boundary; --out map.svg writes it as a picture, other endings as text or JSON.
+
 Example:
   cotouch analyze stability grasp
-  cotouch analyze stability single-axis --set coupling.remote_hand_object.stiffness_n_per_m=4000")]
+  cotouch analyze stability single-axis --set coupling.remote_hand_object.stiffness_n_per_m=4000
+  cotouch analyze stability single-axis --sweep coupling.hand_object.stiffness_n_per_m=0..8000:200 \\
+      --sweep coupling.remote_hand_object.stiffness_n_per_m=0..3000:200 --out map.svg")]
     Stability {
         /// A built-in scene or a TOML file
         #[arg(default_value = DEFAULT_SCENE)]
         scene: String,
+        /// Sweep a scene key; twice for a map, the first key to the right and the second one upwards
+        #[arg(long = "sweep", value_name = "KEY=LO..HI:COUNT[:log]")]
+        sweeps: Vec<String>,
+        /// The spectral radius at every point of a sweep, not only the verdict
+        #[arg(long, requires = "sweeps")]
+        radius: bool,
     },
+    /// How far every gain, the delay, the rates and the loss of packets are from instability
+    #[command(after_help = "\
+A factor of 1.7 says: this gain alone may grow 1.7-fold before the worst contact mode turns unstable. The delay is the \
+largest one, in network periods, up to which the scene is stable; the loss rate is the share of lost packets at which \
+the mean square of the motion stops dying out.
+
+Example:
+  cotouch analyze margin single-axis")]
+    Margin {
+        /// A built-in scene or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+    },
+    /// The viscous damping that a user feels because data are held and late
+    #[command(after_help = "\
+One user moves the object and the others are absent; the force over the velocity at network instants, towards frequency 0 \
+(thesis (6.2)). The simplified model leaves the hand and its couplings out.
+
+Example:
+  cotouch analyze damping single-axis --user 2 --set link.delay_periods=1")]
+    Damping {
+        /// A built-in scene or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+        /// Who moves the object: a name of the scene, or 1 for the first user
+        #[arg(long, value_name = "N", default_value = "1")]
+        user: String,
+    },
+    /// What users feel over frequency: velocity over force, and position over force against a wall
+    #[command(after_help = "\
+Example:
+  cotouch analyze admittance single-axis --frequencies 0.1..400:200:log --out admittance.svg")]
+    Admittance {
+        /// A built-in scene or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+        /// rad/s
+        #[arg(long, value_name = "LO..HI:COUNT[:log]")]
+        frequencies: String,
+    },
+    /// What users feel at rest: force over displacement, the others absent
+    #[command(after_help = "\
+Example:
+  cotouch analyze stiffness single-axis --set wall.stiffness_n_per_m=30000")]
+    Stiffness {
+        /// A built-in scene or a TOML file
+        #[arg(default_value = DEFAULT_SCENE)]
+        scene: String,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum LocalModelCommand {
+    /// Whether the loop of a local model and the simulation is stable; exit status 1 when not
+    #[command(after_help = "\
+Example:
+  cotouch local-model check --kh 500 --int 300 --ko 1000 --ratio 50 --returned-force mean")]
+    Check {
+        /// Proportional gain K_h, N/m
+        #[arg(long, value_name = "N/M", value_parser = not_negative, allow_negative_numbers = true)]
+        kh: f64,
+        /// Integral gain over one slow period, N·T·I, N/m
+        #[arg(long = "int", value_name = "N/M", value_parser = not_negative, allow_negative_numbers = true)]
+        int: f64,
+        /// Stiffness of the object K_o, N/m
+        #[arg(long, value_name = "N/M", value_parser = positive, allow_negative_numbers = true)]
+        ko: f64,
+        /// Haptic ticks in one period of the simulation, N
+        #[arg(long, value_name = "N", value_parser = ratio())]
+        ratio: u32,
+        /// Which force of a slow period goes to the simulation
+        #[arg(long, value_enum)]
+        returned_force: RawReturnedForce,
+        /// How the surface moves between two results of the simulation
+        #[arg(long, value_enum, default_value = "zero")]
+        hold: RawHold,
+        /// A hand of this mass holds the device, kg; without it the hand is held still, as in the paper
+        #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
+        hand_mass: Option<f64>,
+        /// Damping of that hand, N·s/m
+        #[arg(long, value_name = "N·S/M", default_value = "5", value_parser = not_negative, requires = "hand_mass")]
+        hand_damping: f64,
+        /// Stiffness of that hand, N/m
+        #[arg(long, value_name = "N/M", default_value = "0", value_parser = not_negative, requires = "hand_mass")]
+        hand_stiffness: f64,
+        /// Haptic rate; counts only with a hand, Hz
+        #[arg(long, value_name = "HZ", default_value = "1000")]
+        fast_hz: Rate,
+    },
+    /// How surface and force answer when the hand steps into the object
+    #[command(after_help = "\
+Example, Fig 8 of the paper:
+  cotouch local-model step --kh 190 --ko 200 --input 0.025 --out step.svg")]
+    Step {
+        /// Proportional gain K_h, N/m
+        #[arg(long, value_name = "N/M", value_parser = not_negative, allow_negative_numbers = true)]
+        kh: f64,
+        /// Integral gain over one slow period, N·T·I, N/m
+        #[arg(long = "int", value_name = "N/M", default_value = "0", value_parser = not_negative, allow_negative_numbers = true)]
+        int: f64,
+        /// Stiffness of the object K_o, N/m
+        #[arg(long, value_name = "N/M", value_parser = positive, allow_negative_numbers = true)]
+        ko: f64,
+        /// How far the hand steps into the object, m
+        #[arg(long, value_name = "M", value_parser = positive, allow_negative_numbers = true)]
+        input: f64,
+        /// Rate of the simulation, Hz
+        #[arg(long, value_name = "HZ", default_value = "20")]
+        slow_hz: Rate,
+        /// Rate of the haptic loop, Hz; a whole multiple of the slow rate
+        #[arg(long, value_name = "HZ", default_value = "1000")]
+        fast_hz: Rate,
+        /// The local model pushes and never pulls
+        #[arg(long)]
+        unilateral: bool,
+        /// Which force of a slow period goes to the simulation
+        #[arg(long, value_enum, default_value = "first")]
+        returned_force: RawReturnedForce,
+        /// How the surface moves between two results of the simulation
+        #[arg(long, value_enum, default_value = "zero")]
+        hold: RawHold,
+        /// How long to look, s [default: until it has settled, 1 to 20 s]
+        #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
+        duration: Option<f64>,
+    },
+    /// Gains for an object whose stiffness is known to some accuracy
+    #[command(after_help = "\
+The gains are those whose slowest transient, over all stiffnesses within the error and all ways in which the contacts \
+can move together, dies out fastest.
+
+Example:
+  cotouch local-model choose --ko 800 --ko-error 0.3 --contacts 4 --correlation 0.5")]
+    Choose {
+        /// Stiffness of the object at one contact K_o, N/m
+        #[arg(long, value_name = "N/M", value_parser = positive, allow_negative_numbers = true)]
+        ko: f64,
+        /// Share by which K_o may be wrong, either way: 0 to below 1
+        #[arg(long, value_name = "FRACTION", default_value = "0", value_parser = below_one, allow_negative_numbers = true)]
+        ko_error: f64,
+        /// How many contacts there are on the object
+        #[arg(long, value_name = "N", default_value = "1", value_parser = ratio())]
+        contacts: u32,
+        /// How much one contact moves the surface under another: 0 not at all, below 1
+        #[arg(long, value_name = "R", default_value = "0", value_parser = below_one, allow_negative_numbers = true)]
+        correlation: f64,
+        /// Haptic ticks in one period of the simulation, N
+        #[arg(long, value_name = "N", default_value = "50", value_parser = ratio())]
+        ratio: u32,
+        /// Which force of a slow period goes to the simulation
+        #[arg(long, value_enum, default_value = "mean")]
+        returned_force: RawReturnedForce,
+        /// How the surface moves between two results of the simulation
+        #[arg(long, value_enum, default_value = "zero")]
+        hold: RawHold,
+    },
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RawReturnedForce {
+    /// Of its first tick: the paper's equations
+    First,
+    /// The mean of all its ticks: the paper's algorithm
+    Mean,
+    /// Of its last tick
+    Last,
+}
+
+#[derive(Clone, Copy, Debug, ValueEnum)]
+enum RawHold {
+    /// It jumps
+    Zero,
+    /// It moves linearly, one period late
+    First,
+}
+
+impl RawReturnedForce {
+    fn lift(self) -> ReturnedForce {
+        match self {
+            Self::First => ReturnedForce::First,
+            Self::Mean => ReturnedForce::Mean,
+            Self::Last => ReturnedForce::Last,
+        }
+    }
+}
+
+impl RawHold {
+    fn lift(self) -> SurfaceHold {
+        match self {
+            Self::Zero => SurfaceHold::Zero,
+            Self::First => SurfaceHold::First,
+        }
+    }
+}
+
+/// Ticks in a slow period, or contacts.
+fn ratio() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=10_000)
+}
+
+fn number(text: &str, is_allowed: impl Fn(f64) -> bool, allowed: &str) -> Result<f64, String> {
+    let number = text.parse().ok().filter(|&number: &f64| number.is_finite() && is_allowed(number));
+    number.ok_or_else(|| format!("it must be {allowed}"))
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    number(text, |number| number > 0.0, "a number above 0")
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, |number| number >= 0.0, "a number, 0 or more")
+}
+
+fn below_one(text: &str) -> Result<f64, String> {
+    number(text, |number| (0.0..1.0).contains(&number), "a number from 0 to below 1")
 }
 
 #[derive(Debug, Subcommand)]
@@ -320,7 +552,8 @@ impl Flags {
             }
             Some(Subcommands::Probe { serve: None, flags }) => lift_probe(flags)?,
             Some(Subcommands::Replay { file, csv }) => Command::Replay { file, csv },
-            Some(Subcommands::Analyze { what: Analyze::Stability { scene } }) => Command::Stability { scene },
+            Some(Subcommands::Analyze { what }) => what.lift()?,
+            Some(Subcommands::LocalModel { what }) => Command::LocalModel(what.lift()),
             Some(Subcommands::Reproduce { ids }) => Command::Reproduce { ids },
             Some(Subcommands::Scene { what: SceneCommand::List }) => Command::SceneList,
             Some(Subcommands::Scene { what: SceneCommand::Show { scene } }) => Command::SceneShow { scene },
@@ -329,6 +562,98 @@ impl Flags {
         };
         let output = Output { json: self.common.json, file: self.common.out };
         Ok(Invocation { command, overrides: self.common.overrides, output })
+    }
+}
+
+impl Analyze {
+    fn lift(self) -> Result<Command, String> {
+        let in_words = |error: SweepError| error.to_string();
+        Ok(match self {
+            Self::Stability { scene, sweeps, radius } => {
+                let sweeps: Vec<Sweep> =
+                    sweeps.iter().map(|text| text.parse()).collect::<Result<_, _>>().map_err(in_words)?;
+                if sweeps.len() > 2 {
+                    return Err(format!(
+                        "--sweep is given {} times; a map has one or two keys",
+                        sweeps.len()
+                    ));
+                }
+                if let [x, y] = &sweeps[..]
+                    && x.key == y.key
+                {
+                    return Err(SweepError::Twice(x.key.clone()).to_string());
+                }
+                Command::Stability { scene, sweeps, with_radius: radius }
+            }
+            Self::Margin { scene } => Command::Margin { scene },
+            Self::Damping { scene, user } => Command::Damping { scene, user },
+            Self::Admittance { scene, frequencies } => {
+                Command::Admittance { scene, frequencies: frequencies.parse().map_err(in_words)? }
+            }
+            Self::Stiffness { scene } => Command::Stiffness { scene },
+        })
+    }
+}
+
+impl LocalModelCommand {
+    fn lift(self) -> LocalModel {
+        match self {
+            Self::Check {
+                kh,
+                int,
+                ko,
+                ratio,
+                returned_force,
+                hold,
+                hand_mass,
+                hand_damping,
+                hand_stiffness,
+                fast_hz,
+            } => LocalModel::Check(LocalModelCheck {
+                kh,
+                int,
+                ko,
+                ratio,
+                returned_force: returned_force.lift(),
+                hold: hold.lift(),
+                hand: hand_mass.map(|mass_kg| [mass_kg, hand_damping, hand_stiffness]),
+                fast_hz,
+            }),
+            Self::Step {
+                kh,
+                int,
+                ko,
+                input,
+                slow_hz,
+                fast_hz,
+                unilateral,
+                returned_force,
+                hold,
+                duration,
+            } => LocalModel::Step(LocalModelStep {
+                kh,
+                int,
+                ko,
+                input_m: input,
+                slow_hz,
+                fast_hz,
+                unilateral,
+                returned_force: returned_force.lift(),
+                hold: hold.lift(),
+                duration_s: duration,
+            }),
+            Self::Choose { ko, ko_error, contacts, correlation, ratio, returned_force, hold } => {
+                LocalModel::Choose(LocalModelChoose {
+                    ko,
+                    ko_error,
+                    contacts,
+                    correlation,
+                    ratio,
+                    returned_force: returned_force.lift(),
+                    hold: hold.lift(),
+                })
+            }
+        }
     }
 }
 

@@ -120,6 +120,7 @@ fn figure(distributed: &Run, centralized: &Run) -> anyhow::Result<String> {
             y_label: "force, N".to_owned(),
             series: vec![force(centralized, 1, other), force(distributed, 0, one)],
             equal_scales: false,
+            ..Panel::default()
         },
         Panel {
             title: "(b) path of the box".to_owned(),
@@ -127,6 +128,7 @@ fn figure(distributed: &Run, centralized: &Run) -> anyhow::Result<String> {
             y_label: "y, mm".to_owned(),
             series: vec![path(centralized, 1, "centralized"), path(distributed, 0, one)],
             equal_scales: true,
+            ..Panel::default()
         },
     ];
     chart("Figure 8.1: cooperative grasp at n = 1, Tables 8.1 and 8.2", &panels)

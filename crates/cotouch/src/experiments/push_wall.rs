@@ -105,6 +105,7 @@ fn figure(cases: &[(&str, &Push)]) -> anyhow::Result<String> {
         y_label: y_label.to_owned(),
         series,
         equal_scales: false,
+        ..Panel::default()
     };
     let panels = [
         panel("finger", "position, mm", series(finger)),

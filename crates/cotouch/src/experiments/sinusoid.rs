@@ -207,6 +207,7 @@ fn figure(cases: &[(&str, &Fit)]) -> anyhow::Result<String> {
         y_label: "net force on the box, N".to_owned(),
         series: indices.iter().map(|&index| net(index)).chain([inertial.clone()]).collect(),
         equal_scales: false,
+        ..Panel::default()
     };
     let panels = [panel("n = 1", &[1, 2, 0]), panel("n = 0", &[3, 4])];
     chart("Figure 8.3: net force along 0.05 m · sin(2 rad/s · t)", &panels)

@@ -9,11 +9,12 @@ const PANEL_HEIGHT: u32 = 360;
 const HEADLINE: u32 = 40;
 const LEGEND: u32 = 54;
 const LEGEND_LINE: i32 = 18;
+const REGION_OPACITY: f64 = 0.22;
 /// Points that a curve is thinned to.
 const MOST_POINTS: usize = 1500;
 
 /// One pair of axes.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(crate) struct Panel {
     /// What it shows.
     pub(crate) title: String,
@@ -21,10 +22,66 @@ pub(crate) struct Panel {
     pub(crate) x_label: String,
     /// With the unit.
     pub(crate) y_label: String,
+    /// Areas, drawn first.
+    pub(crate) regions: Vec<Region>,
     /// The curves.
     pub(crate) series: Vec<Series>,
+    /// How far apart values of x are drawn.
+    pub(crate) x_scale: Scale,
+    /// Likewise.
+    pub(crate) y_scale: Scale,
     /// Whether a metre is as long in both directions.
     pub(crate) equal_scales: bool,
+}
+
+/// How values become lengths.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Scale {
+    /// Equal differences are equally long.
+    #[default]
+    Linear,
+    /// Equal ratios are equally long; values that are not positive are left out.
+    Logarithmic,
+}
+
+impl Scale {
+    fn apply(self, value: f64) -> f64 {
+        match self {
+            Self::Linear => value,
+            Self::Logarithmic if value > 0.0 => value.log10(),
+            Self::Logarithmic => f64::NAN,
+        }
+    }
+
+    fn label(self, place: f64) -> String {
+        let value = match self {
+            // What differs from 0 by rounding only.
+            Self::Linear => (place * 1e9).round() / 1e9,
+            Self::Logarithmic => 10f64.powf(place),
+        };
+        let digits = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 9) };
+        let text = format!("{value:.*}", digits as usize);
+        if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+    }
+
+    /// How many labels a range (of lengths) gets.
+    fn labels(self, (from, to): (f64, f64)) -> usize {
+        match self {
+            Self::Linear => 8,
+            Self::Logarithmic => ((to - from).round() as usize + 1).clamp(3, 9),
+        }
+    }
+}
+
+/// An area in a panel.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    /// For the legend.
+    pub(crate) label: String,
+    /// Which of the colours.
+    pub(crate) colour: usize,
+    /// Its pieces, each a polygon; they should not overlap.
+    pub(crate) polygons: Vec<Vec<(f64, f64)>>,
 }
 
 /// One curve.
@@ -73,7 +130,9 @@ pub(crate) fn chart(headline: &str, panels: &[Panel]) -> anyhow::Result<String> 
 fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
     let (legend, plot) = area.split_vertically(LEGEND);
     draw_legend(&legend, panel)?;
-    let (mut x, mut y) = (extent(panel, |point| point.0), extent(panel, |point| point.1));
+    let (x_scale, y_scale) = (panel.x_scale, panel.y_scale);
+    let place = |&(x, y): &(f64, f64)| (x_scale.apply(x), y_scale.apply(y));
+    let (mut x, mut y) = (extent(panel, |point| place(&point).0), extent(panel, |point| place(&point).1));
     if panel.equal_scales {
         let (wide, high) = (f64::from(PANEL_WIDTH - 100), f64::from(PANEL_HEIGHT - 80));
         let scale = ((x.1 - x.0) / wide).max((y.1 - y.0) / high);
@@ -98,12 +157,23 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
         .axis_desc_style(text(13, INK))
         .x_desc(&panel.x_label)
         .y_desc(&panel.y_label)
-        .x_labels(8)
-        .y_labels(8)
+        .x_labels(x_scale.labels(x))
+        .y_labels(y_scale.labels(y))
+        .x_label_formatter(&|&place| x_scale.label(place))
+        .y_label_formatter(&|&place| y_scale.label(place))
         .draw()
         .map_err(undrawable)?;
+    for region in &panel.regions {
+        let style = colour(region.colour).mix(REGION_OPACITY).filled();
+        let polygons = region
+            .polygons
+            .iter()
+            .map(|polygon| Polygon::new(polygon.iter().map(place).collect::<Vec<_>>(), style));
+        chart.draw_series(polygons).map_err(undrawable)?;
+    }
     for series in &panel.series {
-        let points = thinned(&series.points);
+        let placed: Vec<_> = series.points.iter().map(place).collect();
+        let points = thinned(&placed);
         if series.dashed {
             let style = colour(series.colour).stroke_width(2);
             chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
@@ -117,25 +187,38 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
 
 fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
     let (mut x, mut y) = (66, 0);
-    for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
-        let width = 28 + 7 * series.label.chars().count() as i32 + 12;
-        if x + width > PANEL_WIDTH as i32 {
+    let mut next = |label: &str| {
+        let width = 28 + 7 * label.chars().count() as i32 + 12;
+        if x > 66 && x + width > PANEL_WIDTH as i32 {
             (x, y) = (66, y + LEGEND_LINE);
         }
+        x += width;
+        (x - width, y)
+    };
+    for region in panel.regions.iter().filter(|region| !region.label.is_empty()) {
+        let (x, y) = next(&region.label);
+        let style = colour(region.colour).mix(REGION_OPACITY).filled();
+        area.draw(&Rectangle::new([(x, y + 3), (x + 23, y + 15)], style)).map_err(undrawable)?;
+        area.draw_text(&region.label, &text(12, INK), (x + 28, y + 2)).map_err(undrawable)?;
+    }
+    for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
+        let (x, y) = next(&series.label);
         let style = colour(series.colour).stroke_width(3);
         let pieces: &[(i32, i32)] = if series.dashed { &[(0, 9), (14, 23)] } else { &[(0, 23)] };
         for &(from, to) in pieces {
             area.draw(&PathElement::new([(x + from, y + 9), (x + to, y + 9)], style)).map_err(undrawable)?;
         }
         area.draw_text(&series.label, &text(12, INK), (x + 28, y + 2)).map_err(undrawable)?;
-        x += width;
     }
     Ok(())
 }
 
 /// The range of all curves, with some air.
 fn extent(panel: &Panel, of: impl Fn((f64, f64)) -> f64) -> (f64, f64) {
-    let values = || panel.series.iter().flat_map(|series| series.points.iter().map(|&point| of(point)));
+    let of_series = panel.series.iter().flat_map(|series| &series.points);
+    let of_regions = panel.regions.iter().flat_map(|region| region.polygons.iter().flatten());
+    let points: Vec<f64> = of_series.chain(of_regions).map(|&point| of(point)).collect();
+    let values = || points.iter().copied();
     let finite = || values().filter(|value| value.is_finite());
     let (least, largest) =
         (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
@@ -197,6 +280,7 @@ mod tests {
                 Series::dashed("centralized", 1, vec![(0.0, 0.0), (f64::NAN, 1.0), (50.0, 1.0)]),
             ],
             equal_scales,
+            ..Panel::default()
         };
         let svg = chart("the headline", &[panel(false), panel(true)]).unwrap();
         for words in ["the headline", "a panel", "time, s", "force, N", "distributed", "centralized"] {
@@ -207,13 +291,28 @@ mod tests {
 
     #[test]
     fn nothing_to_draw_is_drawn() {
-        let panel = Panel {
-            title: String::new(),
-            x_label: String::new(),
-            y_label: String::new(),
-            series: Vec::new(),
-            equal_scales: true,
-        };
+        let panel = Panel { equal_scales: true, ..Panel::default() };
         assert!(chart("", &[panel]).unwrap().ends_with("</svg>\n"));
+    }
+
+    #[test]
+    fn logarithmic_axes_show_decades_and_regions_their_names() {
+        let panel = Panel {
+            x_label: "frequency, rad/s".into(),
+            regions: vec![Region {
+                label: "stable".into(),
+                colour: 2,
+                polygons: vec![vec![(0.1, 1.0), (100.0, 1.0), (100.0, 1e3)]],
+            }],
+            series: vec![Series::solid("line", 0, vec![(0.1, 1.0), (0.0, 5.0), (1000.0, 1e4)])],
+            x_scale: Scale::Logarithmic,
+            y_scale: Scale::Logarithmic,
+            ..Panel::default()
+        };
+        let svg = chart("log", &[panel]).unwrap();
+        for words in ["stable", "line", ">\n100\n<", ">\n0.1\n<", ">\n10000\n<"] {
+            assert!(svg.contains(words), "{words}");
+        }
+        assert!(!svg.contains("NaN"));
     }
 }
