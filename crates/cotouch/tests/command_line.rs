@@ -1,44 +1,16 @@
 //! The program from outside: exit statuses, what is said where, and the JSON that scripts rely on.
 
+mod program;
+
 use std::path::Path;
-use std::process::{Command, Output};
 
+use program::{cotouch, folder, has_keys, json, stderr, stdout};
 use serde_json::Value;
-
-fn cotouch(folder: &Path, words: &[&str]) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_cotouch"));
-    command.args(words).current_dir(folder).env_remove("COTOUCH_LOG").output().expect("the program starts")
-}
-
-fn folder() -> tempfile::TempDir {
-    tempfile::tempdir().expect("a temporary folder")
-}
-
-fn stdout(output: &Output) -> String {
-    String::from_utf8(output.stdout.clone()).expect("UTF-8")
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).expect("UTF-8")
-}
-
-/// The one JSON document on stdout.
-fn json(output: &Output) -> Value {
-    serde_json::from_slice(&output.stdout).unwrap_or_else(|error| panic!("{error}: {}", stdout(output)))
-}
-
-/// Every dotted key, `[]` going into a list's first element, is there.
-fn has_keys(document: &Value, keys: &[&str]) {
-    for key in keys {
-        let pointer = format!("/{}", key.replace("[]", ".0").replace('.', "/"));
-        assert!(document.pointer(&pointer).is_some(), "{key} is missing in {document}");
-    }
-}
 
 #[test]
 fn every_command_explains_itself() {
     let folder = folder();
-    let commands: [&[&str]; 10] = [
+    let commands: [&[&str]; 17] = [
         &[],
         &["run"],
         &["serve"],
@@ -47,6 +19,13 @@ fn every_command_explains_itself() {
         &["probe", "serve"],
         &["replay"],
         &["analyze", "stability"],
+        &["analyze", "margin"],
+        &["analyze", "damping"],
+        &["analyze", "admittance"],
+        &["analyze", "stiffness"],
+        &["local-model", "check"],
+        &["local-model", "step"],
+        &["local-model", "choose"],
         &["reproduce"],
         &["scene"],
     ];

@@ -37,6 +37,8 @@ Examples:
   cotouch                           run `grasp` for 20 s; watch it on http://127.0.0.1:7700
   cotouch run --virtual             the same in simulated time: deterministic and quick
   cotouch analyze stability         only say whether it is stable
+  cotouch analyze margin single-axis
+                                    how far every gain, delay and loss is from instability
   cotouch run grasp-centralized     the same box, kept by one host: a loop that the analysis calls unstable
   cotouch scene show single-axis > mine.toml
                                     a scene to change; then: cotouch run mine.toml
@@ -155,10 +157,11 @@ Writes one page (index.html), figures (SVG) and their numbers (CSV) to a folder,
 another. Printed values stand beside those that come out here, with the reason where they differ. Exit status 1 when \
 something that the text claims does not hold.
 
-Ids: table1.1 fig8.1 fig8.3 fig8.4
+Ids, of the thesis: table1.1, fig5.1 to fig5.4, fig6.2, fig6.4, fig6.5, table6.2, eq6.3, eq6.4, eqB.10, eqB.11, fig8.1, \
+fig8.3, fig8.4; of the paper: pfig7 to pfig11, peq4, peq5, peq9
 
 Example:
-  cotouch reproduce fig8.1 fig8.4 --out figures")]
+  cotouch reproduce fig5.1 fig6.2 pfig10 --out figures")]
     Reproduce {
         /// What to repeat [default: all]
         #[arg(value_name = "ID")]

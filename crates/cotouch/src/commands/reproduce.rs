@@ -122,11 +122,28 @@ fn page(items: &[Item]) -> String {
          <meta name=\"viewport\" content=\"width=device-width\">\n<title>cotouch: reproduced</title>\n\
          <style>{STYLE}</style></head><body>\n<h1>What the seeds print, and what comes out here</h1>\n"
     );
+    contents(&mut page, items);
     for item in items {
         section(&mut page, item);
     }
     page.push_str("</body></html>\n");
     page
+}
+
+fn contents(page: &mut String, items: &[Item]) {
+    page.push_str("<nav><table><tr><th>what</th><th>printed value or picture</th><th>sentences</th></tr>\n");
+    for item in items {
+        let holding = item.claims.iter().filter(|claim| claim.holds).count();
+        let _ = writeln!(
+            page,
+            "<tr><td><a href=\"#{id}\">{id}</a>: {}</td><td>{}</td><td>{holding} of {} hold</td></tr>",
+            escaped(item.title),
+            mark(item.agrees, "agrees", "differs"),
+            item.claims.len(),
+            id = item.id,
+        );
+    }
+    page.push_str("</table></nav>\n");
 }
 
 fn section(page: &mut String, item: &Item) {
