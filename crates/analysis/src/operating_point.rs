@@ -40,7 +40,7 @@ use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use glam::{DMat3, DQuat, DVec3};
 
-pub(crate) use faces::{body_inertia, has_surface};
+pub(crate) use faces::has_surface;
 pub(crate) use settled::{Settled, gains, hosts_with_copies};
 
 /// Poses, and all contacts that are closed and stick.

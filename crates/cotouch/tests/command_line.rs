@@ -2,8 +2,6 @@
 
 mod program;
 
-use std::path::Path;
-
 use program::{cotouch, folder, has_keys, json, stderr, stdout};
 use serde_json::Value;
 

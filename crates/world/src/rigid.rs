@@ -5,8 +5,9 @@
 //! at `q_m = exp(T·ω_m/2)·q`, the orientation becomes `exp(T·ω_m)·q` (midpoint rule: second order, symmetric, so that the
 //! energy of a free body does not drift). `L_m` is `L + T·τ/2` with exact hold, `L + T·τ` with semi-implicit Euler.
 
+use cotouch_scene::MassProperties;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::scene::{Body, Integrator, Shape, ShapeKind, Space};
+use cotouch_scene::scene::{Body, Integrator, Space};
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -93,8 +94,12 @@ impl Inertia {
     /// move.
     #[must_use]
     pub fn of(body: &Body) -> Self {
-        let inertia = per_mass(&body.shape)
-            .map_or(Self::point(body.mass_kg), |per_mass| Self::new(body.mass_kg, per_mass * body.mass_kg));
+        let MassProperties { mass_kg, inertia_kg_m2 } = body.shape.mass_properties(body.mass_kg);
+        let inertia = if inertia_kg_m2 == DMat3::ZERO {
+            Self::point(mass_kg)
+        } else {
+            Self::new(mass_kg, inertia_kg_m2)
+        };
         if body.fixed {
             let inverse_inertia_per_kg_m2 = DMat3::ZERO;
             return Self { inverse_mass_per_kg: 0.0, inverse_inertia_per_kg_m2, ..inertia };
@@ -133,32 +138,6 @@ impl Inertia {
     fn angular_velocity(&self, momentum: DVec3, orientation: DQuat) -> DVec3 {
         orientation * (self.inverse_inertia_per_kg_m2 * (orientation.conjugate() * momentum))
     }
-}
-
-/// Inertia for each kilogram, m²; none for what has no surface.
-fn per_mass(shape: &Shape) -> Option<DMat3> {
-    let radius_2 = shape.radius_m * shape.radius_m;
-    let diagonal = match shape.kind {
-        ShapeKind::Point => return None,
-        ShapeKind::Hull | ShapeKind::Mesh => {
-            return shape.surface.as_ref().map(|mesh| mesh.inertia_per_mass_m2);
-        }
-        ShapeKind::Ball => DVec3::splat(0.4 * radius_2),
-        ShapeKind::Box => {
-            let square = shape.size_m * shape.size_m;
-            DVec3::new(square.y + square.z, square.z + square.x, square.x + square.y) / 12.0
-        }
-        ShapeKind::Capsule => {
-            let (radius, length) = (shape.radius_m, shape.length_m);
-            let middle = length / (length + 4.0 / 3.0 * radius);
-            let ends = 1.0 - middle;
-            let along = middle * 0.5 * radius_2 + ends * 0.4 * radius_2;
-            let across = middle * (length * length / 12.0 + 0.25 * radius_2)
-                + ends * (0.4 * radius_2 + 0.25 * length * length + 0.375 * length * radius);
-            DVec3::new(across, along, across)
-        }
-    };
-    Some(DMat3::from_diagonal(diagonal))
 }
 
 /// The directions in which a body may move, and with them how it may turn.

@@ -19,7 +19,7 @@ use crate::loop_spec::{
     PLANE_POINT, Plant, SPACE_BODY, SPACE_POINT, Signal,
 };
 use crate::operating_point::{
-    CornerContact, FingerContact, OperatingPoint, body_inertia, gains, has_surface, hosts_with_copies,
+    CornerContact, FingerContact, OperatingPoint, gains, has_surface, hosts_with_copies,
 };
 
 /// A latency that exceeds a whole number of ticks by no more than this counts as that number: instants are rounded
@@ -132,7 +132,7 @@ impl<'a> Session<'a> {
         let axes = body_axes(scene.space, has_surface(&body.shape));
         let dynamics = if axes.iter().any(|dof| dof.turns()) {
             let turn = DMat3::from_quat(self.point.poses[host.index()][index].orientation);
-            let inertia = turn * body_inertia(body) * turn.transpose();
+            let inertia = turn * body.shape.mass_properties(mass_kg).inertia_kg_m2 * turn.transpose();
             Dynamics::Rigid { mass_kg, inertia, integrator }
         } else {
             Dynamics::Mass { mass_kg, integrator }

@@ -169,30 +169,3 @@ pub(super) fn corners_at_wall(
             .collect(),
     )
 }
-
-/// Inertia of a body of uniform density about its centre of mass, body frame, kg·m².
-pub(crate) fn body_inertia(body: &Body) -> DMat3 {
-    let (m, shape) = (body.mass_kg, &body.shape);
-    match shape.kind {
-        ShapeKind::Point => DMat3::ZERO,
-        ShapeKind::Box => {
-            let square = shape.size_m * shape.size_m;
-            DMat3::from_diagonal(DVec3::splat(square.element_sum()) - square) * (m / 12.0)
-        }
-        ShapeKind::Ball => DMat3::from_diagonal(DVec3::splat(0.4 * m * shape.radius_m * shape.radius_m)),
-        ShapeKind::Capsule => capsule_inertia(m, shape.radius_m, shape.length_m),
-        ShapeKind::Hull | ShapeKind::Mesh => {
-            shape.surface.as_ref().map_or(DMat3::ZERO, |mesh| mesh.inertia_per_mass_m2 * m)
-        }
-    }
-}
-
-/// A cylinder along y with two half balls.
-fn capsule_inertia(m: f64, r: f64, length: f64) -> DMat3 {
-    let (cylinder, ball) = (length, 4.0 / 3.0 * r);
-    let (m_cylinder, m_ball) = (m * cylinder / (cylinder + ball), m * ball / (cylinder + ball));
-    let along = m_cylinder * r * r / 2.0 + m_ball * 0.4 * r * r;
-    let across = m_cylinder * (length * length / 12.0 + r * r / 4.0)
-        + m_ball * (0.4 * r * r + length * length / 4.0 + 3.0 / 8.0 * r * length);
-    DMat3::from_diagonal(DVec3::new(across, along, across))
-}
