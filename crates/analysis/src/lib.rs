@@ -18,6 +18,16 @@
 //! of its coordinates, samples in flight included; [`eigenvalues`] balances first; poles that are 1 by structure are
 //! removed by structure; [`stability`] is the verdict.
 //!
+//! What follows from verdicts: [`map`] draws the plane of two scene keys ([`sweep`], [`evaluator`]), [`margin`] says how far
+//! each gain, the delay, the rates and the loss of packets are from instability. What users perceive of the object is in
+//! [`transparency`]: admittance, the damping that held data add, equivalent stiffness (thesis ch. 6).
+//!
+//! A [`diagram`] describes any sampled-data loop: continuous plants, discrete blocks with periods and phases of their own,
+//! samplers, holds, delays of any rational length. Every loop lowers to one, and three routes that share no more than the
+//! description lift it: instant by instant, by the direct state-space method (4.12)–(4.30), and by subsystem resampling
+//! (4.1)–(4.11). Local models on slowly simulated objects are in [`local_model`] (the paper, §2–3); with a hand that is free
+//! to move they are a diagram.
+//!
 //! # Example
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
 //!
