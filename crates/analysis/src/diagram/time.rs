@@ -54,6 +54,16 @@ impl Time {
         Self::reduced(self.numerator.saturating_mul(factor.into()), self.denominator)
     }
 
+    /// One after the other. A sum that is too large to be exact is refused when the diagram is checked.
+    #[must_use]
+    pub fn plus(self, other: Self) -> Self {
+        self.over_one_denominator(other)
+            .and_then(|(one, another, denominator)| {
+                Some(Self::reduced(one.checked_add(another)?, denominator))
+            })
+            .unwrap_or(Self { numerator: u128::MAX, denominator: 1 })
+    }
+
     /// The same, in seconds.
     #[must_use]
     pub fn seconds(self) -> f64 {
