@@ -293,6 +293,24 @@ fn clocks_without_a_common_pattern_are_refused() {
 }
 
 #[test]
+fn too_many_instants_are_refused() {
+    let mut diagram = fine();
+    diagram.sampled("slow", Sampled::zero_order_hold(Clock::every(time("2000")), 1));
+    assert_refused(&diagram, &["pd", "1000000 instants within 2000 s"]);
+    let mut alone = Diagram::new();
+    alone.sampled("mean", Sampled::mean(Clock::every(time("1")), 1, 1_500_000));
+    assert_refused(&alone, &["mean", "1000000 instants within 1 s"]);
+    let mut diagram = fine();
+    diagram.sampled("way", Sampled::delay(Clock::every(time("0.001")), 1, time("1/999999999989")));
+    assert!(diagram.lift(Route::StateSpace).is_ok());
+    diagram.sampled("other way", Sampled::delay(Clock::every(time("0.001")), 1, time("1/999999999961")));
+    assert_refused(&diagram, &["other way", "simpler fractions"]);
+    let mut diagram = fine();
+    diagram.sampled("way", Sampled::delay(Clock::every(time("0.001")), 1, time("1000")));
+    assert_refused(&diagram, &["1000000 samples on their way"]);
+}
+
+#[test]
 fn clocks_must_make_sense() {
     let with = |clock| {
         let mut diagram = fine();

@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{spring, table_6_1, way, with_ratio, with_users};
+use common::{grasp, spring, table_6_1, way, with_ratio, with_users};
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::diagram::{
     BlockId, Clock, Diagram, DiagramError, DiagramMap, Element, Law, Linear, Plant, Route, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::{Estimate, LoopSpec};
-use cotouch_scene::scene::{Architecture, Coordination, Integrator, PlayOut, Scene};
+use cotouch_scene::scene::{Architecture, Coordination, Integrator, PlayOut, Scene, VelocityEstimate};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -19,11 +19,14 @@ fn assert_close(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> Result<(), Tes
     Ok(())
 }
 
+const VELOCITIES: [VelocityEstimate; 3] =
+    [VelocityEstimate::Exact, VelocityEstimate::Difference, VelocityEstimate::Filtered];
+
 fn any_scene() -> impl Strategy<Value = Scene> {
-    let shape = (any::<bool>(), 2u8..4, 0u32..4, 1u32..9, any::<[bool; 5]>());
+    let shape = (any::<bool>(), 2u8..4, 0u32..4, 1u32..9, any::<[bool; 5]>(), 0usize..3);
     let gains = (10.0..2000.0, 0.0..20.0, 10.0..300.0, 0.0..10.0, 0.05..0.5, -1.0..5.0);
     (shape, gains, prop::array::uniform4(0.0..0.006)).prop_map(|(shape, gains, latencies)| {
-        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival, uneven]) = shape;
+        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival, uneven], velocity) = shape;
         let (k1, b1, k2, b2, mass_kg, damping_n_s_per_m) = gains;
         let architecture = if distributed { Architecture::Distributed } else { Architecture::Centralized };
         let mut scene = with_ratio(with_users(table_6_1(architecture), users), ratio);
@@ -36,6 +39,7 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         scene.hand.mass_kg = mass_kg;
         scene.object.damping_n_s_per_m = damping_n_s_per_m;
         scene.link.delay_periods = n;
+        scene.device.velocity = VELOCITIES[velocity];
         if grounded {
             scene.hand.stiffness_n_per_m = 100.0;
         }
@@ -76,6 +80,21 @@ fn assert_routes_agree(spec: &LoopSpec, is_nested: bool) -> Result<(), TestCaseE
         }
     }
     Ok(())
+}
+
+#[test]
+fn the_routes_agree_on_grasps() {
+    for (architecture, velocity) in
+        [Architecture::Distributed, Architecture::Centralized].into_iter().zip(VELOCITIES)
+    {
+        let mut scene = with_ratio(grasp(architecture), 4);
+        scene.device.velocity = velocity;
+        scene.device.velocity_cutoff_hz = 60.0;
+        let modes = compile(&scene);
+        for mode in [&modes[0], &modes[modes.len() - 1]] {
+            assert_routes_agree(&mode.spec, is_nested(&scene, &mode.spec)).unwrap();
+        }
+    }
 }
 
 /// What a random block is made of.
@@ -216,9 +235,6 @@ impl Recipe {
             if diagram.blocks[from.0].name.starts_with("velocity") {
                 gain.column_mut(1).scale_mut(1e-3);
             }
-            if to == control {
-                gain *= 1e-3;
-            }
             diagram.wire(from, to, gain);
             match diagram.states() {
                 Ok(_) => {}
@@ -300,6 +316,36 @@ proptest! {
             let is_longer = found.period_s > 1.5 * once.period_s;
             let expected = if is_longer { &once.matrix * &once.matrix } else { once.matrix };
             assert_close(&found.matrix, &expected)?;
+        }
+    }
+
+    #[test]
+    fn the_unit_of_time_changes_nothing(recipe in any_recipe(any::<bool>())) {
+        const FACTOR: u64 = 3;
+        let diagram = recipe.diagram();
+        let mut slower = diagram.clone();
+        for block in &mut slower.blocks {
+            match &mut block.element {
+                Element::Plant(plant) => {
+                    plant.a /= FACTOR as f64;
+                    plant.b /= FACTOR as f64;
+                }
+                Element::Sampled(Sampled { clock, delays, .. }) => {
+                    clock.period = clock.period.times(FACTOR);
+                    clock.offsets.iter_mut().chain(delays).for_each(|time| *time = time.times(FACTOR));
+                }
+            }
+        }
+        for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+            let (Ok(expected), found) = (diagram.lift(route), slower.lift(route)) else { continue };
+            let found = found.unwrap();
+            prop_assert!((found.period_s - expected.period_s * FACTOR as f64).abs() < 1e-12);
+            let scale = |name: &String| if name.contains(".slope.") { 1.0 / FACTOR as f64 } else { 1.0 };
+            let scales: Vec<f64> = found.states.iter().map(scale).collect();
+            let matrix = DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
+                found.matrix[(i, j)] * scales[j] / scales[i]
+            });
+            assert_close(&matrix, &expected.matrix)?;
         }
     }
 

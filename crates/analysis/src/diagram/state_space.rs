@@ -22,24 +22,53 @@ use super::held_plant::HeldPlant;
 use super::layout::moves;
 use super::{Element, Law, Linear, Plant, Sampled};
 
-/// Numbers of y, cubed: some seconds of work.
-const MOST_WORK: f64 = 1e10;
+/// Numbers of y, squared, times those of y and z: some seconds of work, and less than a gigabyte.
+const MOST_WORK: f64 = 1e11;
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> {
     let mut stack = Stack::new(checked);
     let (states, unknowns) = (checked.layout.names.len(), stack.unknowns());
-    if (unknowns as f64).powi(3) > MOST_WORK {
+    if (unknowns as f64).powi(2) * (states + unknowns) as f64 > MOST_WORK {
         let instants = checked.emissions.len();
         return Err(DiagramError::TooLarge { size: unknowns, what: "samples", instants, most: MOST_WORK });
     }
     let Open { outputs, next } = stack.open_loop();
     let (n, m) = outputs.columns_range_pair(..states, states..);
     let (p, q) = next.columns_range_pair(..states, states..);
-    let closing = DMatrix::identity(unknowns, unknowns) - m;
-    // Blocks were found not to depend on themselves, so this is a triangular matrix with rows and columns exchanged.
-    let closed = closing.lu().solve(&n.into_owned()).ok_or(DiagramError::AlgebraicLoop(Vec::new()))?;
+    let closed = close(&n.into_owned(), &m.into_owned()).ok_or(DiagramError::AlgebraicLoop(Vec::new()))?;
     Ok(p + q * closed)
+}
+
+/// (I − M)⁻¹·N. No output depends on itself, so M is triangular once its rows are in the order of dependence: that is
+/// found from its zeros, and substitution keeps digits that pivoting would lose where gains are large. `None` where
+/// there is no such order.
+fn close(n: &DMatrix<f64>, m: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let size = m.nrows();
+    let needed: Vec<Vec<usize>> =
+        (0..size).map(|row| (0..size).filter(|&column| m[(row, column)] != 0.0).collect()).collect();
+    let mut needed_by = vec![Vec::new(); size];
+    for (row, columns) in needed.iter().enumerate() {
+        columns.iter().for_each(|&column| needed_by[column].push(row));
+    }
+    let mut missing: Vec<usize> = needed.iter().map(Vec::len).collect();
+    let mut ready: Vec<usize> = (0..size).filter(|&row| missing[row] == 0).collect();
+    let mut closed = n.transpose();
+    let mut done = 0;
+    while let Some(row) = ready.pop() {
+        for &column in &needed[row] {
+            let known = closed.column(column).into_owned();
+            closed.column_mut(row).axpy(m[(row, column)], &known, 1.0);
+        }
+        done += 1;
+        for &waiting in &needed_by[row] {
+            missing[waiting] -= 1;
+            if missing[waiting] == 0 {
+                ready.push(waiting);
+            }
+        }
+    }
+    (done == size).then(|| closed.transpose())
 }
 
 /// Rows over the columns [z | y].

@@ -41,18 +41,19 @@ impl Instants {
         self.of(index) + self.delays[index.rem_euclid(count) as usize]
     }
 
-    /// Which output is used at a tick, and right after it.
+    /// Which output is used at a tick, and right after it. Later outputs are not used earlier.
     pub(crate) fn used_at(&self, tick: i64) -> i64 {
         let count = self.offsets.len() as i64;
         let within = self.offsets.partition_point(|&offset| offset <= tick.rem_euclid(self.period));
-        let mut index = tick.div_euclid(self.period) * count + within as i64 - 1;
-        // Delays of many periods are passed over at once.
-        let slack = (self.use_of(index) - tick).max(0) / self.period - 1;
-        index -= slack.max(0) * count;
-        while self.use_of(index) > tick {
-            index -= 1;
+        let newest = tick.div_euclid(self.period) * count + within as i64 - 1;
+        let longest = self.delays.iter().copied().max().unwrap_or(0);
+        let mut oldest = newest - (longest / self.period + 2) * count;
+        let mut beyond = newest + 1;
+        while beyond - oldest > 1 {
+            let middle = oldest + (beyond - oldest) / 2;
+            if self.use_of(middle) <= tick { oldest = middle } else { beyond = middle }
         }
-        index
+        oldest
     }
 
     /// How many outputs there are in a pattern.
@@ -77,28 +78,29 @@ impl Timetable {
             })
             .collect();
         clocks.iter().try_for_each(|(name, sampled)| check_clock(name, sampled))?;
+        if clocks.is_empty() {
+            return Err(DiagramError::NoClock);
+        }
         let too_long = || too_long(&clocks);
-        let frame = common(&clocks, Time::common_multiple).ok_or_else(too_long)?;
-        let base = base(&clocks).ok_or_else(too_long)?;
-        let ticks = |time: Time| time.in_units_of(base).filter(|&ticks| ticks < i64::MAX / 1024);
+        let frame = common_period(&clocks).ok_or_else(too_long)?;
+        let base = base(&clocks, frame)?;
         let mut blocks = Vec::new();
         let mut count = 0u64;
-        let frame_ticks = ticks(frame).ok_or_else(too_long)?;
         for block in &diagram.blocks {
             let Element::Sampled(sampled) = &block.element else {
                 blocks.push(None);
                 continue;
             };
-            let instants = instants(sampled, ticks).ok_or_else(too_long)?;
-            // No offset, no sampling: checked above.
+            let instants = instants(sampled, base).ok_or_else(|| no_unit(&block.name))?;
             let each = instants.offsets.len() as u64 * (instants.period / instants.sampling) as u64;
-            let all = ((frame_ticks / instants.period) as u64).saturating_mul(each);
-            count = count.saturating_add(all);
+            let periods = ticks(frame, base).unwrap_or(0) / instants.period;
+            count = count.saturating_add(each.saturating_mul(periods.unsigned_abs()));
             blocks.push(Some(instants));
         }
         if count > MOST_INSTANTS {
             return Err(too_long());
         }
+        let frame_ticks = ticks(frame, base).ok_or_else(too_long)?;
         Ok(Self { base, frame: frame_ticks, blocks })
     }
 
@@ -113,13 +115,18 @@ impl Timetable {
     }
 }
 
-fn instants(sampled: &Sampled, ticks: impl Fn(Time) -> Option<i64>) -> Option<Instants> {
-    let list = |times: &[Time]| times.iter().map(|&time| ticks(time)).collect::<Option<Vec<_>>>();
+/// A time in base ticks, if there are not too many to count with.
+fn ticks(time: Time, base: Time) -> Option<i64> {
+    time.in_units_of(base).filter(|&ticks| ticks < i64::MAX / 1024)
+}
+
+fn instants(sampled: &Sampled, base: Time) -> Option<Instants> {
+    let list = |times: &[Time]| times.iter().map(|&time| ticks(time, base)).collect::<Option<Vec<_>>>();
     Some(Instants {
-        period: ticks(sampled.clock.period)?,
+        period: ticks(sampled.clock.period, base)?,
         offsets: list(&sampled.clock.offsets)?,
         delays: list(&sampled.delays)?,
-        sampling: ticks(sampling(sampled)?)?,
+        sampling: ticks(sampling(sampled)?, base)?,
     })
 }
 
@@ -131,22 +138,32 @@ fn sampling(sampled: &Sampled) -> Option<Time> {
     }
 }
 
-fn common(clocks: &[(&str, &Sampled)], of: fn(Time, Time) -> Option<Time>) -> Option<Time> {
+fn common_period(clocks: &[(&str, &Sampled)]) -> Option<Time> {
     let mut periods = clocks.iter().map(|(_, sampled)| sampled.clock.period);
     let first = periods.next()?;
-    periods.try_fold(first, of).filter(|time| time.is_manageable())
+    periods.try_fold(first, |common, period| {
+        common.common_multiple(period).filter(|common| common.is_manageable())
+    })
 }
 
 /// The longest time of which every instant is a whole multiple.
-fn base(clocks: &[(&str, &Sampled)]) -> Option<Time> {
-    let mut base = Time::ZERO;
-    for (_, sampled) in clocks {
-        for &time in sampled.clock.offsets.iter().chain(&sampled.delays).chain(&sampling(sampled)) {
-            base = base.common_divisor(time)?;
+fn base(clocks: &[(&str, &Sampled)], frame: Time) -> Result<Time, DiagramError> {
+    let mut base = frame;
+    for (name, sampled) in clocks {
+        let times = sampled.clock.offsets.iter().chain(&sampled.delays).copied().chain(sampling(sampled));
+        for time in times {
+            let finer = base.common_divisor(time).filter(|base| base.is_manageable());
+            base = finer.filter(|&base| ticks(frame, base).is_some()).ok_or_else(|| no_unit(name))?;
         }
-        base = base.common_divisor(sampled.clock.period)?;
     }
-    base.is_manageable().then_some(base)
+    Ok(base)
+}
+
+fn no_unit(name: &str) -> DiagramError {
+    let problem = "has instants or delays that are whole multiples of no common unit of time with those of the other \
+                   blocks, or only of one that is too short to count with; use simpler fractions of the period"
+        .to_owned();
+    DiagramError::Clock { block: name.to_owned(), problem }
 }
 
 fn check_clock(name: &str, sampled: &Sampled) -> Result<(), DiagramError> {
@@ -188,26 +205,32 @@ fn check_clock(name: &str, sampled: &Sampled) -> Result<(), DiagramError> {
 fn too_long(clocks: &[(&str, &Sampled)]) -> DiagramError {
     let pairs =
         clocks.iter().enumerate().flat_map(|(i, one)| clocks[..i].iter().map(move |other| (one, other)));
-    let misfit = |(one, other): (Time, Time)| {
-        let common = one.common_multiple(other).map_or(f64::INFINITY, Time::seconds);
-        common / one.seconds().max(other.seconds())
+    let period = |clock: &(&str, &Sampled)| clock.1.clock.period;
+    let instants = |one: &(&str, &Sampled), other: &(&str, &Sampled)| {
+        let common = period(one).common_multiple(period(other)).map_or(f64::INFINITY, Time::seconds);
+        common / period(one).seconds().min(period(other).seconds())
     };
-    let periods =
-        |(one, other): &(&(&str, &Sampled), &(&str, &Sampled))| (one.1.clock.period, other.1.clock.period);
-    let worst = pairs.max_by(|one, other| misfit(periods(one)).total_cmp(&misfit(periods(other))));
-    let Some((one, other)) = worst else {
-        return DiagramError::NoClock;
+    let worst = pairs.max_by(|a, b| instants(a.0, a.1).total_cmp(&instants(b.0, b.1)));
+    let busy = |name: &str, within: Time| {
+        let problem =
+            format!("has more than {MOST_INSTANTS} instants within {within}; at most as many are allowed");
+        DiagramError::Clock { block: name.to_owned(), problem }
     };
-    let slower = one.1.clock.period.seconds() >= other.1.clock.period.seconds();
-    let (slow, fast) = if slower { (one, other) } else { (other, one) };
-    let (slow_period, fast_period) = (slow.1.clock.period, fast.1.clock.period);
-    let ratio = (slow_period.seconds() / fast_period.seconds()).round().max(1.0);
+    let (slow, fast) = match worst {
+        Some((one, other)) if period(one).seconds() >= period(other).seconds() => (one, other),
+        Some((one, other)) => (other, one),
+        None => return clocks.first().map_or(DiagramError::NoClock, |only| busy(only.0, period(only))),
+    };
+    if period(slow).in_units_of(period(fast)).is_some() {
+        return busy(fast.0, period(slow));
+    }
+    let ratio = (period(slow).seconds() / period(fast).seconds()).round().clamp(1.0, MOST_INSTANTS as f64);
     DiagramError::TooLong {
         slow: slow.0.to_owned(),
-        slow_period: slow_period.to_string(),
+        slow_period: period(slow).to_string(),
         fast: fast.0.to_owned(),
-        fast_period: fast_period.to_string(),
+        fast_period: period(fast).to_string(),
         most: MOST_INSTANTS,
-        suggestion: fast_period.times(ratio as u64).to_string(),
+        suggestion: period(fast).times(ratio as u64).to_string(),
     }
 }
