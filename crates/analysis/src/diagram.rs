@@ -18,7 +18,7 @@
 //! depend on each other.
 //!
 //! [`Diagram::lift`] gives the exact map of the state over one pattern of all clocks, by one of three routes that share
-//! nothing but the description and the matrix exponential.
+//! nothing but the description, its timetable and the matrix exponential.
 //!
 //! # Example
 //! A mass under a force that is computed 1000 times a second and arrives 0.4 ms later:
@@ -59,7 +59,7 @@ use crate::eigenvalues;
 use check::Checked;
 
 pub use clock::Clock;
-pub use error::DiagramError;
+pub use error::{DiagramError, Misfit};
 pub use hand_on_local_model::{hand_on_local_model, hand_on_weighted_local_model};
 pub use time::{Time, TimeError};
 
@@ -250,7 +250,7 @@ impl Diagram {
         Ok(Checked::new(self)?.layout.names)
     }
 
-    /// The map over one pattern.
+    /// The map over one pattern. An element that outgrows floating point is not finite.
     ///
     /// # Errors
     /// When the description is inconsistent, the pattern is too long, blocks depend on each other in a circle, or the

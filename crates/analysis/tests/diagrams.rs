@@ -10,6 +10,7 @@ use cotouch_analysis::loop_spec::Estimate;
 use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::Rate;
 use nalgebra::{Complex, DMatrix, dmatrix};
+use proptest::prelude::*;
 
 const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
 
@@ -396,6 +397,43 @@ fn what_does_not_fit_together_is_refused() {
         SurfaceHold::Zero,
     );
     assert!(nothing_per_period.lift(Route::Stepping).is_err());
+}
+
+#[test]
+fn what_outgrows_floating_point_has_no_radius() {
+    let mut diagram = fine();
+    diagram.plant("explosion", Plant { a: dmatrix![9e8], b: dmatrix![1.0], c: dmatrix![1.0] });
+    assert_eq!(diagram.lift(Route::Stepping).unwrap().states.len(), 3);
+    assert!(matches!(diagram.spectral_radius(), Err(DiagramError::Eigenvalues(_))));
+}
+
+fn any_time() -> impl Strategy<Value = Time> {
+    let small = (0u64..9, 1u64..9);
+    let large = (0..u64::MAX, 1..u64::MAX);
+    let any = prop_oneof![4 => small, 1 => large];
+    any.prop_map(|(numerator, denominator)| Time::new(numerator, denominator).unwrap())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn any_times_have_a_map_or_an_error_that_names_a_block(
+        times in prop::collection::vec([any_time(), any_time(), any_time()], 1..4),
+    ) {
+        let mut diagram = Diagram::new();
+        for (index, [period, phase, delay]) in times.into_iter().enumerate() {
+            let way = Sampled::delay(Clock::with_phase(period, phase), 1, delay);
+            diagram.sampled(format!("way{index}"), way);
+        }
+        match diagram.states() {
+            Ok(states) => prop_assert!(states.iter().all(|state| state.starts_with("way"))),
+            Err(error) => {
+                let message = error.to_string();
+                prop_assert!(message.contains("way"), "{}", message);
+            }
+        }
+    }
 }
 
 /// Two gains in a circle, the second `phase` and `delay` later.

@@ -1,5 +1,6 @@
 //! Why a diagram has no map.
 
+use super::time::Time;
 use crate::eigenvalues::EigenvalueError;
 
 /// Why a [`super::Diagram`] has no map.
@@ -61,23 +62,8 @@ pub enum DiagramError {
         block: String,
     },
     /// Clocks without a common pattern of reasonable length.
-    #[error(
-        "the clocks of {slow} (every {slow_period}) and {fast} (every {fast_period}) do not fit: the whole diagram repeats only after more than {most} instants; {slow} every {suggestion} would fit {fast}"
-    )]
-    TooLong {
-        /// The block of the slower clock.
-        slow: String,
-        /// Its period.
-        slow_period: String,
-        /// The block of the faster clock.
-        fast: String,
-        /// Its period.
-        fast_period: String,
-        /// How many instants are allowed.
-        most: u64,
-        /// A period near the slower one that is a whole multiple of the faster one.
-        suggestion: String,
-    },
+    #[error(transparent)]
+    TooLong(Box<Misfit>),
     /// More work than is reasonable.
     #[error(
         "the diagram has {size} {what} and a pattern of {instants} instants: more than {most:.0e} operations; choose rates whose ratio is simpler, shorter delays or fewer blocks"
@@ -121,4 +107,24 @@ pub enum DiagramError {
     /// No eigenvalues.
     #[error(transparent)]
     Eigenvalues(#[from] EigenvalueError),
+}
+
+/// Two clocks whose common pattern is too long.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error(
+    "the clocks of {slow} (every {slow_period}) and {fast} (every {fast_period}) do not fit: the whole diagram repeats only after more than {most} instants; {slow} every {suggestion} would fit {fast}"
+)]
+pub struct Misfit {
+    /// The block of the slower clock.
+    pub slow: String,
+    /// Its period.
+    pub slow_period: Time,
+    /// The block of the faster clock.
+    pub fast: String,
+    /// Its period.
+    pub fast_period: Time,
+    /// How many instants are allowed.
+    pub most: u64,
+    /// A period near the slower one that is a whole multiple of the faster one.
+    pub suggestion: Time,
 }

@@ -47,6 +47,12 @@ impl<'a> Lowering<'a> {
             let block = lowering.line(index, line);
             lowering.lines.push(block);
         }
+        if lowering.lines.is_empty() {
+            // The pattern is that of the schedule, whether anything uses the network or not.
+            let pattern =
+                Clock::every(Time::period(spec.schedule.control()).times(spec.schedule.ticks_per_pattern()));
+            lowering.diagram.sampled("network", Sampled::zero_order_hold(pattern, 0));
+        }
         lowering.wire_lines();
         lowering.wire_forces();
         lowering

@@ -1,6 +1,6 @@
 //! All instants of a diagram as whole numbers of one base tick.
 
-use super::error::DiagramError;
+use super::error::{DiagramError, Misfit};
 use super::time::Time;
 use super::{Diagram, Element, Law, Sampled};
 
@@ -225,12 +225,12 @@ fn too_long(clocks: &[(&str, &Sampled)]) -> DiagramError {
         return busy(fast.0, period(slow));
     }
     let ratio = (period(slow).seconds() / period(fast).seconds()).round().clamp(1.0, MOST_INSTANTS as f64);
-    DiagramError::TooLong {
+    DiagramError::TooLong(Box::new(Misfit {
         slow: slow.0.to_owned(),
-        slow_period: period(slow).to_string(),
+        slow_period: period(slow),
         fast: fast.0.to_owned(),
-        fast_period: period(fast).to_string(),
+        fast_period: period(fast),
         most: MOST_INSTANTS,
-        suggestion: period(fast).times(ratio as u64).to_string(),
-    }
+        suggestion: period(fast).times(ratio as u64),
+    }))
 }
