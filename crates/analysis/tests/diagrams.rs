@@ -65,6 +65,64 @@ fn a_hand_held_still_leaves_the_simulation_loop_of_the_paper() {
     }
 }
 
+/// One slow period of the hand on the local model, written out: hand of mass only, gains K_h and INT, N ticks of T.
+fn written_out_period(
+    state: &[f64],
+    [mass, kh, int, ko, period]: [f64; 5],
+    ratio: usize,
+    returned: ReturnedForce,
+    hold: SurfaceHold,
+) -> Vec<f64> {
+    let [mut x, mut v, mut integral, force] = [state[0], state[1], state[2], state[3]];
+    let result = force / ko;
+    let last = state.get(4).copied().unwrap_or_default();
+    let mut forces = Vec::new();
+    for tick in 0..ratio {
+        let surface = match hold {
+            SurfaceHold::Zero => result,
+            SurfaceHold::First => last + (result - last) * tick as f64 / ratio as f64,
+        };
+        let error = x - surface;
+        let force = kh * error + integral;
+        integral += int / ratio as f64 * error;
+        x += period * v - period * period / (2.0 * mass) * force;
+        v -= period / mass * force;
+        forces.push(force);
+    }
+    let force = match returned {
+        ReturnedForce::First => forces[0],
+        ReturnedForce::Mean => forces.iter().sum::<f64>() / ratio as f64,
+        ReturnedForce::Last => forces[ratio - 1],
+    };
+    let mut next = vec![x, v, integral, force];
+    if hold == SurfaceHold::First {
+        next.push(result);
+    }
+    next
+}
+
+#[test]
+fn the_hand_on_a_local_model_is_the_loop_written_out() {
+    let [mass, kh, int, ko] = [0.08, 450.0, 200.0, 600.0];
+    for returned in [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last] {
+        for hold in [SurfaceHold::Zero, SurfaceHold::First] {
+            let diagram =
+                hand_on_local_model([mass, 0.0, 0.0], kh, int, ko, 20, rate("1000"), returned, hold);
+            let map = diagram.lift(Route::StateSpace).unwrap();
+            let mut states = vec!["hand.x", "hand.v", "local_model.x1", "returned_force.x1"];
+            states.extend((hold == SurfaceHold::First).then_some("surface.x1"));
+            assert_eq!(map.states, states);
+            for column in 0..states.len() {
+                let mut unit = vec![0.0; states.len()];
+                unit[column] = 1.0;
+                let next = written_out_period(&unit, [mass, kh, int, ko, 1e-3], 20, returned, hold);
+                let error = map.matrix.column(column) - DMatrix::from_column_slice(states.len(), 1, &next);
+                assert!(error.amax() < 1e-11 * map.matrix.amax(), "{returned:?} {hold:?} {column}");
+            }
+        }
+    }
+}
+
 #[test]
 fn a_surface_that_moves_linearly_under_the_mean_force_raises_the_limit() {
     let still = [1e12, 0.0, 0.0];
@@ -212,7 +270,10 @@ fn a_delay_of_part_of_a_period_splits_the_hold() {
             assert!((diagram.lift(route).unwrap().matrix - &expected).amax() < 1e-12 * expected.amax());
         }
         let refused = diagram.lift(Route::Resampling).unwrap_err();
-        assert!(matches!(&refused, DiagramError::NotNested(why) if why.contains("pd")), "{refused}");
+        assert!(
+            matches!(&refused, DiagramError::NotNested(why) if why == "pd is used a part of a period later"),
+            "{refused}"
+        );
     }
 }
 
@@ -263,6 +324,21 @@ fn a_velocity_filter_is_the_one_of_scenes() {
         assert!((output[0] - position).abs() < 1e-15 && (output[1] - told).abs() < 1e-12);
         state = &law.a * &state + &law.b * position;
     }
+}
+
+#[test]
+fn resampling_says_why_it_does_not_apply() {
+    let with = |clock| {
+        let mut diagram = fine();
+        diagram.sampled("odd", Sampled::zero_order_hold(clock, 1));
+        diagram.lift(Route::Resampling).unwrap_err().to_string()
+    };
+    let (period, half) = (time("0.002"), time("0.001"));
+    assert!(with(Clock::with_phase(period, half)).contains("odd has a phase"));
+    assert!(
+        with(Clock::cyclic(period, vec![Time::ZERO, half])).contains("odd has several instants a period")
+    );
+    assert!(with(Clock::every(time("0.0015"))).contains("the period of odd is 1.5 times that of pd"));
 }
 
 /// A message that names everything in `parts`.

@@ -40,12 +40,8 @@ fn nested_periods(checked: &Checked<'_>) -> Result<Vec<i64>, DiagramError> {
     let mut periods: Vec<(i64, &str)> = Vec::new();
     for (index, block) in checked.diagram.blocks.iter().enumerate() {
         let Some(instants) = checked.timetable.of(index) else { continue };
-        if !instants.is_aligned() {
-            let why = format!(
-                "{} has a phase, several instants a period, or a delay of part of a period",
-                block.name
-            );
-            return Err(DiagramError::NotNested(why));
+        if let Some(misalignment) = instants.misalignment() {
+            return Err(DiagramError::NotNested(format!("{} {misalignment}", block.name)));
         }
         periods.extend([(instants.period, block.name.as_str()), (instants.sampling, block.name.as_str())]);
     }

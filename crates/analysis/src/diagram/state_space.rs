@@ -36,7 +36,8 @@ pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> 
     let Open { outputs, next } = stack.open_loop();
     let (n, m) = outputs.columns_range_pair(..states, states..);
     let (p, q) = next.columns_range_pair(..states, states..);
-    let closed = close(&n.into_owned(), &m.into_owned()).ok_or(DiagramError::AlgebraicLoop(Vec::new()))?;
+    let all = || checked.diagram.blocks.iter().map(|block| block.name.clone()).collect();
+    let closed = close(&n.into_owned(), &m.into_owned()).ok_or_else(|| DiagramError::AlgebraicLoop(all()))?;
     Ok(p + q * closed)
 }
 

@@ -61,9 +61,14 @@ impl Instants {
         frame / self.period * self.offsets.len() as i64
     }
 
-    /// Whether there is one instant a period, at its start, and the output is used whole periods later.
-    pub(crate) fn is_aligned(&self) -> bool {
-        self.offsets == [0] && self.delays[0] % self.period == 0
+    /// What is there besides one instant a period, at its start, and an output that is used whole periods later.
+    pub(crate) fn misalignment(&self) -> Option<&'static str> {
+        match (self.offsets.as_slice(), self.delays[0] % self.period) {
+            ([0], 0) => None,
+            ([0], _) => Some("is used a part of a period later"),
+            ([_], _) => Some("has a phase"),
+            _ => Some("has several instants a period"),
+        }
     }
 }
 
