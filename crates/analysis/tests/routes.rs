@@ -118,7 +118,7 @@ struct Recipe {
 
 fn any_recipe(nested: impl Strategy<Value = bool>) -> impl Strategy<Value = Recipe> {
     let numbers = || prop::array::uniform6(-1.0..1.0f64);
-    let node = (0u8..10, 0usize..4, 0u64..6, 0u64..9, numbers())
+    let node = (0u8..12, 0usize..4, 0u64..6, 0u64..9, numbers())
         .prop_map(|(kind, rate, phase, delay, numbers)| Node { kind, rate, phase, delay, numbers });
     let wires = prop::collection::vec((0usize..12, 0usize..12, numbers()), 10..30);
     (nested, prop::collection::vec(node, 4..10), wires).prop_map(|(nested, nodes, wires)| Recipe {
@@ -168,7 +168,7 @@ impl Node {
 
     fn weights(&self, nested: bool) -> Vec<f64> {
         let samples = if nested {
-            NESTED[self.rate] / NESTED[(self.phase as usize).min(self.rate)]
+            NESTED[self.rate] / NESTED[self.phase as usize % (self.rate + 1)]
         } else {
             self.phase + 1
         };
@@ -194,8 +194,8 @@ impl Node {
                 matrix(1, 2, numbers),
                 matrix(1, 2, numbers),
             ),
-            6 => Sampled::average(clock, 2, self.weights(nested)),
-            7 => Sampled::first_order_hold(clock, 2),
+            6 | 10 => Sampled::average(clock, 2, self.weights(nested)),
+            7 | 11 => Sampled::first_order_hold(clock, 2),
             8 => Sampled::velocity(clock, 1, Estimate::Difference),
             _ => Sampled::velocity(clock, 1, Estimate::Filtered { cutoff_rad_per_s: 100.0 }),
         };
@@ -224,7 +224,7 @@ impl Recipe {
         diagram.connect(mass, control);
         diagram.connect(control, mass);
         for (index, node) in self.nodes.iter().enumerate() {
-            let kind = if node.kind > 7 { "velocity" } else { "node" };
+            let kind = if matches!(node.kind, 8 | 9) { "velocity" } else { "node" };
             diagram.add(format!("{kind}{index}"), node.element(self.nested));
         }
         let count = diagram.blocks.len();
@@ -256,7 +256,7 @@ fn in_order(map: &DiagramMap, states: &[String]) -> DMatrix<f64> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 24, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
     fn the_routes_agree_on_scenes(scene in any_scene()) {
