@@ -46,20 +46,30 @@ impl Region {
 /// polynomials of K_h of degree 1 or 2. Gains are looked for up to 64·K_o.
 #[must_use]
 pub fn stable_kh(slow_loop: &SlowLoop, int_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
-    let relative = intervals(slow_loop, int_n_per_m / ko_n_per_m);
+    let i = int_n_per_m / ko_n_per_m;
+    in_newtons_per_metre(intervals(slow_loop, |h| normalised(h, i)), ko_n_per_m)
+}
+
+/// The intervals of INT > 0 for which the slow loop is stable at this K_h, N/m, likewise.
+#[must_use]
+pub fn stable_int(slow_loop: &SlowLoop, kh_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
+    let h = kh_n_per_m / ko_n_per_m;
+    in_newtons_per_metre(intervals(slow_loop, |i| normalised(h, i)), ko_n_per_m)
+}
+
+fn in_newtons_per_metre(relative: Vec<(f64, f64)>, ko_n_per_m: f64) -> Vec<(f64, f64)> {
     relative.into_iter().map(|(from, to)| (from * ko_n_per_m, to * ko_n_per_m)).collect()
 }
 
-/// In units of K_o.
-fn intervals(slow_loop: &SlowLoop, i: f64) -> Vec<(f64, f64)> {
-    let jury = |h: f64| slow_loop.characteristic(&normalised(h, i)).jury(1.0);
-    let (at_0, at_1, at_2) = (jury(0.0), jury(1.0), jury(2.0));
+/// Where the loop is stable as one gain grows from 0, in units of K_o.
+fn intervals(slow_loop: &SlowLoop, model: impl Fn(f64) -> LocalModel) -> Vec<(f64, f64)> {
+    let jury = |gain: f64| slow_loop.characteristic(&model(gain)).jury(1.0);
     let mut ends = vec![0.0, LARGEST];
-    for ((f0, f1), f2) in at_0.into_iter().zip(at_1).zip(at_2) {
-        let second = 0.5 * (f0 - 2.0 * f1 + f2);
-        ends.extend(
-            roots(second, f1 - f0 - second, f0).into_iter().filter(|root| (0.0..LARGEST).contains(root)),
-        );
+    // Not at 0, where there may be no integral.
+    for ((f1, f2), f3) in jury(1.0).into_iter().zip(jury(2.0)).zip(jury(3.0)) {
+        let a = 0.5 * (f1 - 2.0 * f2 + f3);
+        let b = f2 - f1 - 3.0 * a;
+        ends.extend(roots(a, b, f1 - a - b).into_iter().filter(|root| (0.0..LARGEST).contains(root)));
     }
     ends.sort_by(f64::total_cmp);
     ends.dedup();
@@ -67,7 +77,7 @@ fn intervals(slow_loop: &SlowLoop, i: f64) -> Vec<(f64, f64)> {
     for (from, to) in ends.iter().zip(&ends[1..]).map(|(&from, &to)| (from, to)) {
         if jury(0.5 * (from + to)).into_iter().all(|margin| margin > 0.0) {
             match found.last_mut() {
-                // A condition that is only touched, or rounding, does not cut an interval in two.
+                // A condition that is only touched does not cut an interval in two.
                 Some(last) if last.1 == from => last.1 = to,
                 _ => found.push((from, to)),
             }
@@ -119,7 +129,7 @@ pub(super) fn half_planes(slow_loop: &SlowLoop, compliance: f64, radius: f64) ->
 /// Under a first-order hold the boundary is curved; its points are exact, in closed form.
 fn row_by_row(slow_loop: &SlowLoop) -> Vec<[f64; 2]> {
     let widest = |i: f64| {
-        intervals(slow_loop, i)
+        intervals(slow_loop, |h| normalised(h, i))
             .into_iter()
             .max_by(|one, other| (one.1 - one.0).total_cmp(&(other.1 - other.0)))
     };
