@@ -2,7 +2,7 @@
 
 use super::clip::clip;
 use super::contacts::{Compliances, worst_spectral_radius};
-use super::region::half_planes;
+use super::region::{half_planes, normalised, where_all_positive};
 use super::{LocalModel, LocalModelError, SlowLoop, SurfaceHold};
 
 /// Gains for an object.
@@ -21,7 +21,8 @@ pub struct Choice {
 /// Under a zero-order hold this is the global optimum: for a given radius Jury's conditions are straight lines in
 /// (K_h, INT), so that the gains which keep it on both ends of the range (which are the worst,
 /// [`worst_spectral_radius`]) form a convex polygon; the radius at which it becomes empty is found by bisection. Under a
-/// first-order hold the same objective is searched on a grid that closes in on its eight best points.
+/// first-order hold the K_h that keep a radius at a given INT are intervals in closed form, the least radius at that INT
+/// is found by bisection, and INT by a grid and golden sections.
 ///
 /// For a single known stiffness under a zero-order hold the answer is deadbeat (INT = K_o, K_h = (1−m)·K_o): the surface
 /// arrives after two periods.
@@ -75,41 +76,59 @@ fn by_bisection(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
     polygon.iter().fold([0.0; 2], |sum, corner| [sum[0] + corner[0] / corners, sum[1] + corner[1] / corners])
 }
 
-/// A coarse grid, then grids that close in on its best points.
+/// INT by search; for each the least radius that some K_h keeps, by bisection, the K_h that keep one in closed form.
 fn by_search(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
-    const COARSE: usize = 48;
-    const EXTENT: [f64; 2] = [2.4, 4.8];
-    const STARTS: usize = 8;
-    let objective = |[h, i]: [f64; 2]| {
-        let model = LocalModel { kh_n_per_m: h, int_n_per_m: i, ko_n_per_m: 1.0 };
-        worst_spectral_radius(slow_loop, &model, spread)
-    };
-    let mut grid: Vec<[f64; 2]> = (0..COARSE * COARSE)
-        .map(|index| [index % COARSE, index / COARSE + 1])
-        .map(|place| [0, 1].map(|axis| EXTENT[axis] * place[axis] as f64 / COARSE as f64))
-        .collect();
-    grid.sort_by(|&one, &other| objective(one).total_cmp(&objective(other)));
-    let step = EXTENT.map(|extent| extent / COARSE as f64);
-    let refined = grid.iter().take(STARTS).map(|&start| close_in(&objective, start, step));
-    refined.min_by(|&one, &other| objective(one).total_cmp(&objective(other))).unwrap_or([0.0, EXTENT[1]])
+    const COARSE: u32 = 80;
+    const LARGEST: f64 = 5.0;
+    let radius = |i: f64| least_radius(slow_loop, spread, i).0;
+    let place = |index: f64| LARGEST * index / f64::from(COARSE);
+    let mut grid: Vec<(f64, f64)> =
+        (1..=COARSE).map(|index| (radius(place(f64::from(index))), f64::from(index))).collect();
+    grid.sort_by(|one, other| one.0.total_cmp(&other.0));
+    let refined = grid.iter().take(3).map(|&(_, index)| {
+        // INT = 0 would be another loop, without an integral.
+        golden_section(&radius, place((index - 1.0).max(1e-3)), place(index + 1.0))
+    });
+    let best = refined.min_by(|&one, &other| radius(one).total_cmp(&radius(other))).unwrap_or(LARGEST);
+    [least_radius(slow_loop, spread, best).1, best]
 }
 
-/// Moves to the best of 7×7 points around, then looks closer.
-fn close_in(objective: &impl Fn([f64; 2]) -> f64, start: [f64; 2], step: [f64; 2]) -> [f64; 2] {
-    const REACH: i32 = 3;
-    let (mut best, mut least, mut step) = (start, objective(start), step);
-    for _ in 0..70 {
-        let centre = best;
-        for place in (-REACH..=REACH).flat_map(|x| (-REACH..=REACH).map(move |y| [x, y])) {
-            let point = [0, 1].map(|axis| centre[axis] + f64::from(place[axis]) * step[axis]);
-            // INT = 0 would be another loop, without an integral.
-            if point[0] >= 0.0 && point[1] > 0.0 && objective(point) < least {
-                (best, least) = (point, objective(point));
-            }
-        }
-        if best == centre {
-            step = step.map(|step| 0.5 * step);
+/// The least radius with this INT (in units of the softest object's stiffness), and the K_h that reaches it. Where not
+/// even the unit circle can be kept, 1 and 0.
+fn least_radius(slow_loop: &SlowLoop, spread: Compliances, i: f64) -> (f64, f64) {
+    let feasible = |radius: f64| {
+        let conditions = |h: f64| {
+            let on = |compliance| slow_loop.characteristic(&normalised(h * compliance, i * compliance));
+            let mut conditions = on(spread.least).jury(radius);
+            conditions.extend(on(spread.largest).jury(radius));
+            conditions
+        };
+        let widest = |one: &(f64, f64), other: &(f64, f64)| (one.1 - one.0).total_cmp(&(other.1 - other.0));
+        where_all_positive(conditions).into_iter().max_by(widest).map(|(from, to)| 0.5 * (from + to))
+    };
+    let Some(mut kh) = feasible(1.0) else { return (1.0, 0.0) };
+    let (mut none, mut some) = (0.0, 1.0);
+    for _ in 0..40 {
+        let middle = 0.5 * (none + some);
+        match feasible(middle) {
+            None => none = middle,
+            Some(found) => (some, kh) = (middle, found),
         }
     }
-    best
+    (some, kh)
+}
+
+/// The minimum of a function that falls and then rises.
+fn golden_section(function: &impl Fn(f64) -> f64, mut from: f64, mut to: f64) -> f64 {
+    const SHARE: f64 = 0.618_033_988_749_894_9;
+    let inner = |from: f64, to: f64| [to - SHARE * (to - from), from + SHARE * (to - from)];
+    for _ in 0..45 {
+        let [one, other] = inner(from, to);
+        if function(one) < function(other) {
+            to = other;
+        } else {
+            from = one;
+        }
+    }
+    0.5 * (from + to)
 }

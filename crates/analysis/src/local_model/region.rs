@@ -63,10 +63,14 @@ fn in_newtons_per_metre(relative: Vec<(f64, f64)>, ko_n_per_m: f64) -> Vec<(f64,
 
 /// Where the loop is stable as one gain grows from 0, in units of K_o.
 fn intervals(slow_loop: &SlowLoop, model: impl Fn(f64) -> LocalModel) -> Vec<(f64, f64)> {
-    let jury = |gain: f64| slow_loop.characteristic(&model(gain)).jury(1.0);
+    where_all_positive(|gain| slow_loop.characteristic(&model(gain)).jury(1.0))
+}
+
+/// The intervals of 0..64 on which all conditions, each a polynomial of degree 1 or 2, are above 0.
+pub(super) fn where_all_positive(conditions: impl Fn(f64) -> Vec<f64>) -> Vec<(f64, f64)> {
     let mut ends = vec![0.0, LARGEST];
     // Not at 0, where there may be no integral.
-    for ((f1, f2), f3) in jury(1.0).into_iter().zip(jury(2.0)).zip(jury(3.0)) {
+    for ((f1, f2), f3) in conditions(1.0).into_iter().zip(conditions(2.0)).zip(conditions(3.0)) {
         let a = 0.5 * (f1 - 2.0 * f2 + f3);
         let b = f2 - f1 - 3.0 * a;
         ends.extend(roots(a, b, f1 - a - b).into_iter().filter(|root| (0.0..LARGEST).contains(root)));
@@ -75,7 +79,7 @@ fn intervals(slow_loop: &SlowLoop, model: impl Fn(f64) -> LocalModel) -> Vec<(f6
     ends.dedup();
     let mut found: Vec<(f64, f64)> = Vec::new();
     for (from, to) in ends.iter().zip(&ends[1..]).map(|(&from, &to)| (from, to)) {
-        if jury(0.5 * (from + to)).into_iter().all(|margin| margin > 0.0) {
+        if conditions(0.5 * (from + to)).into_iter().all(|margin| margin > 0.0) {
             match found.last_mut() {
                 // A condition that is only touched does not cut an interval in two.
                 Some(last) if last.1 == from => last.1 = to,
@@ -86,7 +90,8 @@ fn intervals(slow_loop: &SlowLoop, model: impl Fn(f64) -> LocalModel) -> Vec<(f6
     found
 }
 
-fn normalised(h: f64, i: f64) -> LocalModel {
+/// Gains in units of K_o.
+pub(super) fn normalised(h: f64, i: f64) -> LocalModel {
     LocalModel { kh_n_per_m: h, int_n_per_m: i, ko_n_per_m: 1.0 }
 }
 

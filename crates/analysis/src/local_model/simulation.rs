@@ -3,11 +3,11 @@
 //! §3.5 writes the error as `e = x_proxy − x_haptic` and calls `e > 0` contact, so its axis points out of the object.
 //! Here positions count into it and `e = x_hand − x_surface`; both are the depth of the hand below the surface, and the
 //! conditions on `e` and `ė` read the same. The hand enters where `ė > 0`; an `ė` of exactly 0, which (11) leaves open,
-//! counts as entering. `ė` is the change of `e` since the last tick, so that a tick at which the surface jumps after the
-//! hand counts as leaving. The third line of (11) as printed, `θ̄₂/I_tot`, falls as the integral grows, while the text
+//! counts as entering. `ė` is the hand's speed less the surface's while it moves under a first-order hold; a jump of the
+//! surface is no speed. The third line of (11) as printed, `θ̄₂/I_tot`, falls as the integral grows, while the text
 //! says that θ "grows linearly … up to a certain limit"; here it is `θ̄₂·I_tot/Ī_tot`, which meets the fourth line.
 
-use super::{LocalModel, LocalModelError, SlowLoop};
+use super::{LocalModel, LocalModelError, SlowLoop, SurfaceHold};
 
 /// What happens where the hand is above the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub struct State {
     /// What the simulation gets at the end of the period, so far, N.
     returned_n: f64,
     integral_n: f64,
-    error_m: Option<f64>,
+    hand_m: Option<f64>,
     leaving: Option<Leaving>,
 }
 
@@ -142,8 +142,8 @@ impl Simulation {
         self.notice_leaving(state, error_m);
         let integral_n = state.integral_n;
         let force_n = self.force(error_m, integral_n);
-        self.integrate(state, error_m);
-        state.error_m = Some(error_m);
+        self.integrate(state, error_m, hand_m);
+        state.hand_m = Some(hand_m);
         self.return_force(state, force_n);
         Sample { hand_m, surface_m, force_n, integral_n }
     }
@@ -177,35 +177,41 @@ impl Simulation {
     }
 
     /// The integral at the next tick.
-    fn integrate(&self, state: &mut State, error_m: f64) {
+    fn integrate(&self, state: &mut State, error_m: f64, hand_m: f64) {
         if let Some(leaving) = &mut state.leaving {
             leaving.left = leaving.left.saturating_sub(1);
             state.integral_n = leaving.from_n * (leaving.left as f64 / leaving.ticks.max(1) as f64);
             return;
         }
         let per_tick = self.model.int_n_per_m / self.slow_loop.ratio() as f64;
-        state.integral_n += per_tick * (error_m - self.threshold(state, error_m));
+        state.integral_n += per_tick * (error_m - self.threshold(state, error_m, hand_m));
         if self.contact != Contact::TwoSided {
             state.integral_n = state.integral_n.max(0.0);
         }
     }
 
-    fn threshold(&self, state: &State, error_m: f64) -> f64 {
+    fn threshold(&self, state: &State, error_m: f64, hand_m: f64) -> f64 {
         if error_m <= 0.0 {
             return 0.0;
         }
         match self.threshold {
             Threshold::None => 0.0,
             Threshold::Constant(threshold_m) => threshold_m,
-            Threshold::Directional { leaving_m, .. }
-                if state.error_m.is_some_and(|before| error_m < before) =>
-            {
-                leaving_m
-            }
+            Threshold::Directional { leaving_m, .. } if self.is_leaving(state, hand_m) => leaving_m,
             Threshold::Directional { entering_m, full_at_n, .. } => {
                 entering_m * (state.integral_n / full_at_n).clamp(0.0, 1.0)
             }
         }
+    }
+
+    /// Whether `ė < 0`.
+    fn is_leaving(&self, state: &State, hand_m: f64) -> bool {
+        let hand_moved_m = hand_m - state.hand_m.unwrap_or(hand_m);
+        let surface_moved_m = match self.slow_loop.hold() {
+            SurfaceHold::Zero => 0.0,
+            SurfaceHold::First => (state.now_m - state.before_m) / self.slow_loop.ratio() as f64,
+        };
+        hand_moved_m < surface_moved_m
     }
 
     /// The simulation's answer is used from the next period on.

@@ -10,6 +10,8 @@ use super::{LocalModel, LocalModelError, MOST_TICKS, ReturnedForce, SurfaceHold}
 pub struct SlowLoop {
     /// w_0 … w_(N−1).
     weights: Vec<f64>,
+    /// Σ w_j·j/N and Σ w_j·j·(j−1)/2N².
+    moments: [f64; 2],
     hold: SurfaceHold,
 }
 
@@ -27,7 +29,7 @@ impl SlowLoop {
             ReturnedForce::Mean => weights.fill((ratio as f64).recip()),
             ReturnedForce::Last => weights[ratio - 1] = 1.0,
         }
-        Ok(Self { weights, hold })
+        Ok(Self::of(weights, hold))
     }
 
     /// Any weighted mean of the forces of a period: Step 3 of the paper's algorithm. One weight a tick, N of them.
@@ -38,10 +40,19 @@ impl SlowLoop {
         check_ratio(weights.len())?;
         let sum: f64 = weights.iter().sum();
         if (sum - 1.0).abs() <= 1e-9 {
-            Ok(Self { weights, hold })
+            Ok(Self::of(weights, hold))
         } else {
             Err(LocalModelError::Weights(sum))
         }
+    }
+
+    fn of(weights: Vec<f64>, hold: SurfaceHold) -> Self {
+        let n = weights.len() as f64;
+        let mean = |value: fn(f64, f64) -> f64| {
+            weights.iter().enumerate().map(|(j, weight)| weight * value(j as f64, n)).sum()
+        };
+        let moments = [mean(|j, n| j / n), mean(|j, n| 0.5 * j * (j - 1.0) / (n * n))];
+        Self { weights, moments, hold }
     }
 
     /// N.
@@ -64,14 +75,8 @@ impl SlowLoop {
 
     /// `m = Σ w_j·j/N`: INT counts `m` times as proportional gain on top of K_h.
     #[must_use]
-    pub fn first_moment(&self) -> f64 {
-        self.mean_over_ticks(|j, n| j / n)
-    }
-
-    /// Σ w_j·f(j, N).
-    fn mean_over_ticks(&self, f: impl Fn(f64, f64) -> f64) -> f64 {
-        let n = self.weights.len() as f64;
-        self.weights.iter().enumerate().map(|(j, weight)| weight * f(j as f64, n)).sum()
+    pub const fn first_moment(&self) -> f64 {
+        self.moments[0]
     }
 
     /// The characteristic polynomial in closed form; its coefficients are affine functions of K_h and INT.
@@ -83,7 +88,7 @@ impl SlowLoop {
     #[must_use]
     pub fn characteristic(&self, model: &LocalModel) -> Polynomial {
         let (h, i) = (model.proportional(), model.integral());
-        let m = self.first_moment();
+        let [m, m2] = self.moments;
         match (self.hold, i > 0.0) {
             (SurfaceHold::Zero, false) => Polynomial::monic(&[h]),
             (SurfaceHold::Zero, true) => {
@@ -92,7 +97,6 @@ impl SlowLoop {
             }
             (SurfaceHold::First, false) => Polynomial::monic(&[h * (1.0 - m), h * m]),
             (SurfaceHold::First, true) => {
-                let m2 = self.mean_over_ticks(|j, n| 0.5 * j * (j - 1.0) / (n * n));
                 let n = self.ratio() as f64;
                 let a = 0.5 * (n - 1.0) / n;
                 let (b1, b0) = (h * m + i * m2, h * (1.0 - m) + i * (m - m2));
