@@ -42,6 +42,7 @@ pub mod check;
 pub mod compile;
 mod contact;
 mod deflate;
+pub mod diagram;
 mod discretise;
 mod dof;
 mod dominant;
