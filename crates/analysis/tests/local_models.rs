@@ -1,5 +1,6 @@
 //! Local models on an elastic object: closed forms against lifts, regions, responses, choices.
 
+use cotouch_analysis::diagram::hand_on_local_model;
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::choose::choose;
 use cotouch_analysis::local_model::contacts::{Compliances, worst_spectral_radius};
@@ -475,9 +476,41 @@ fn a_heavy_hand_is_a_hand_held_still() {
     // The hand's own two eigenvalues are near 1; the next is the slow loop's.
     assert!((heavy[2] - mean().spectral_radius(&gains)).abs() < 1e-4, "{heavy:?}");
     assert!((heavy[4] - 1.0).abs() < 1e-3);
-    let free = Hand { mass_kg: 0.1, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
-    let radius = hand_spectral_radius(free, &gains, &mean(), 1e-3).unwrap();
-    assert!(radius > 1.0, "stable with the hand held still, and not with this one: {radius}");
+}
+
+/// A stable slow loop is neither enough nor needed for one given hand.
+#[test]
+fn a_free_hand_has_a_verdict_of_its_own() {
+    let radius = |kh, mass_kg, damping_n_s_per_m| {
+        let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
+        hand_spectral_radius(hand, &model(kh, 0.0, 1000.0), &mean(), 1e-3).unwrap()
+    };
+    assert!(mean().is_stable(&model(900.0, 0.0, 1000.0)) && radius(900.0, 0.5, 1.0) > 1.3);
+    assert!(!mean().is_stable(&model(1200.0, 0.0, 1000.0)) && radius(1200.0, 0.2, 5.0) < 0.9);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(40))]
+
+    /// The lift written out here and the diagram of the same loop, lifted by the general method, have the same radius.
+    #[test]
+    fn the_diagram_of_a_hand_on_a_local_model_agrees(
+        gains in any_gains(),
+        ratio in 1..24_u32,
+        returned in prop::sample::select(FORCES.to_vec()),
+        hold in prop::sample::select(HOLDS.to_vec()),
+        hand in [0.05..2.0_f64, 0.0..10.0_f64, 0.0..300.0_f64],
+    ) {
+        prop_assume!(gains.int_n_per_m() > 0.0);
+        let (kh, int, ko) = (gains.kh_n_per_m(), gains.int_n_per_m(), gains.ko_n_per_m());
+        let fast = "1000".parse().unwrap();
+        let diagram = hand_on_local_model(hand, kh, int, ko, ratio, fast, returned, hold);
+        let [mass_kg, damping_n_s_per_m, stiffness_n_per_m] = hand;
+        let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m };
+        let here = hand_spectral_radius(hand, &gains, &slow_loop(ratio, returned, hold), 1e-3).unwrap();
+        let there = diagram.spectral_radius().unwrap();
+        prop_assert!((here - there).abs() < 1e-7 * here, "{here} {there}");
+    }
 }
 
 /// The lift with a hand against the same loop stepped by the simulation, one unit of each state at a time.

@@ -198,7 +198,7 @@ fn figure_10() -> anyhow::Result<Outcome> {
     for (hold_name, hold) in [("zero", SurfaceHold::Zero), ("first", SurfaceHold::First)] {
         for (name, returned) in RETURNED {
             let region = StableGains::new(&slow_loop(returned, hold)?, 1.0);
-            let printed = if hold == SurfaceHold::Zero { "3.5·K_o²" } else { "not shown" };
+            let printed = if hold == SurfaceHold::Zero { "3.5·K_o² by (9)" } else { "not shown" };
             rows.push(row(
                 &format!("area, {hold_name}-order hold, {name} force"),
                 printed,

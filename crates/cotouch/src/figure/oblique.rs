@@ -1,4 +1,4 @@
-//! Slices of a volume, one behind the other, in an oblique projection.
+//! Slices of a volume, one above the other, in an oblique projection.
 
 use plotters::prelude::*;
 
@@ -8,8 +8,9 @@ const PANEL_WIDTH: u32 = 560;
 const PANEL_HEIGHT: u32 = 460;
 const HEADLINE: u32 = 40;
 const OPACITY: f64 = 0.25;
-/// Where a unit of depth goes, right and up.
-const DEPTH: (f64, f64) = (0.75, 0.45);
+/// The origin, and where the ends of the three axes lie from there, pixels to the right and down.
+const ORIGIN: (f64, f64) = (70.0, 400.0);
+const AXES: [(f64, f64); 3] = [(250.0, 0.0), (190.0, -110.0), (0.0, -235.0)];
 
 /// A volume of which some slices are drawn.
 pub(crate) struct Volume {
@@ -17,12 +18,12 @@ pub(crate) struct Volume {
     pub(crate) title: String,
     /// Which of the colours.
     pub(crate) colour: usize,
-    /// Depth and corners of each, front first; corners of the same number belong to the same edge of the volume.
+    /// Height and corners of each, from the bottom; corners of the same number belong to the same edge of the volume.
     pub(crate) slices: Vec<(f64, Vec<[f64; 2]>)>,
 }
 
-/// The volumes in a row below a headline, as SVG, all to the same scale. `labels` name the axes to the right, up and into
-/// the page.
+/// The volumes in a row below a headline, as SVG, all to the same scale. `labels` name the axes to the right, into the
+/// page and up.
 pub(crate) fn volumes(headline: &str, labels: [&str; 3], volumes: &[Volume]) -> anyhow::Result<String> {
     let mut svg = String::new();
     {
@@ -40,10 +41,9 @@ pub(crate) fn volumes(headline: &str, labels: [&str; 3], volumes: &[Volume]) -> 
     Ok(svg)
 }
 
-/// How places become pixels.
+/// How places become pixels: each axis is as long as its largest value.
 struct View {
     most: [f64; 3],
-    scale: f64,
 }
 
 impl View {
@@ -51,18 +51,18 @@ impl View {
         let slices = || volumes.iter().flat_map(|volume| &volume.slices);
         let most = |axis: usize| {
             let of_slice = slices().flat_map(|(_, corners)| corners.iter().map(move |corner| corner[axis]));
-            of_slice.fold(0.0, f64::max)
+            of_slice.fold(1e-9, f64::max)
         };
-        let most = [most(0), most(1), slices().map(|slice| slice.0).fold(0.0, f64::max)];
-        let (wide, high) = (most[0] + DEPTH.0 * most[2], most[1] + DEPTH.1 * most[2]);
-        let scale = (f64::from(PANEL_WIDTH - 150) / wide).min(f64::from(PANEL_HEIGHT - 120) / high);
-        Self { most, scale: if scale.is_finite() { scale } else { 1.0 } }
+        Self { most: [most(0), most(1), slices().map(|slice| slice.0).fold(1e-9, f64::max)] }
     }
 
-    fn place(&self, [x, y, depth]: [f64; 3]) -> (i32, i32) {
-        let right = self.scale * (x + DEPTH.0 * depth);
-        let up = self.scale * (y + DEPTH.1 * depth);
-        (60 + right.round() as i32, PANEL_HEIGHT as i32 - 60 - up.round() as i32)
+    fn place(&self, values: [f64; 3]) -> (i32, i32) {
+        let (mut right, mut down) = ORIGIN;
+        for ((value, most), axis) in values.into_iter().zip(self.most).zip(AXES) {
+            right += value / most * axis.0;
+            down += value / most * axis.1;
+        }
+        (right.round() as i32, down.round() as i32)
     }
 }
 
@@ -75,16 +75,16 @@ fn draw(area: &Area<'_>, view: &View, labels: [&str; 3], volume: &Volume) -> any
     let line = |points: Vec<(i32, i32)>, style: ShapeStyle| {
         area.draw(&PathElement::new(points, style)).map_err(undrawable)
     };
-    // The farthest first, so that nearer ones lie on it.
-    for (depth, corners) in volume.slices.iter().rev() {
-        let mut outline: Vec<_> = corners.iter().map(|&[x, y]| view.place([x, y, *depth])).collect();
+    // The lowest first, so that higher ones lie on it.
+    for (height, corners) in &volume.slices {
+        let mut outline: Vec<_> = corners.iter().map(|&[x, y]| view.place([x, y, *height])).collect();
         area.draw(&Polygon::new(outline.clone(), base.mix(OPACITY).filled())).map_err(undrawable)?;
         outline.extend(outline.first().copied());
         line(outline, base.stroke_width(2))?;
     }
-    for (near, far) in volume.slices.iter().zip(volume.slices.iter().skip(1)) {
-        for (one, other) in near.1.iter().zip(&far.1).filter(|_| near.1.len() == far.1.len()) {
-            let edge = [view.place([one[0], one[1], near.0]), view.place([other[0], other[1], far.0])];
+    for (low, high) in volume.slices.iter().zip(volume.slices.iter().skip(1)) {
+        for (one, other) in low.1.iter().zip(&high.1).filter(|_| low.1.len() == high.1.len()) {
+            let edge = [view.place([one[0], one[1], low.0]), view.place([other[0], other[1], high.0])];
             line(edge.to_vec(), base.mix(0.6).stroke_width(1))?;
         }
     }
@@ -100,7 +100,7 @@ fn draw_axis(area: &Area<'_>, view: &View, axis: usize, label: &str) -> anyhow::
     let end = at(1.08 * view.most[axis]);
     area.draw(&PathElement::new([at(0.0), end], QUIET.stroke_width(1))).map_err(undrawable)?;
     let step = tick_step(view.most[axis]);
-    let (x, y) = [(-6, 6), (-34, -6), (6, 2)][axis];
+    let (x, y) = [(-6, 6), (6, 2), (-32, -6)][axis];
     for tick in 1..=(view.most[axis] / step + 1e-9) as u32 {
         let value = f64::from(tick) * step;
         let place = at(value);
@@ -110,7 +110,7 @@ fn draw_axis(area: &Area<'_>, view: &View, axis: usize, label: &str) -> anyhow::
         let number = format!("{value:.digits$}");
         area.draw_text(&number, &text(12, INK), (place.0 + x, place.1 + y)).map_err(undrawable)?;
     }
-    let (x, y) = [(-30, 22), (-40, -20), (8, -16)][axis];
+    let (x, y) = [(-14, 10), (8, -12), (-14, -22)][axis];
     area.draw_text(label, &text(13, INK), (end.0 + x, end.1 + y)).map_err(undrawable)
 }
 
@@ -133,7 +133,7 @@ mod tests {
     fn volumes_name_their_axes_and_nothing_is_drawn_too() {
         let slice = |depth: f64| (depth, vec![[0.0, 0.0], [depth, 0.0], [0.0, 2.0 * depth]]);
         let volume = Volume { title: "a cone".into(), colour: 0, slices: vec![slice(0.5), slice(1.0)] };
-        let svg = volumes("headline", ["to the right", "up", "into"], &[volume]).unwrap();
+        let svg = volumes("headline", ["to the right", "into", "up"], &[volume]).unwrap();
         for words in ["headline", "a cone", "to the right", "up", "into"] {
             assert!(svg.contains(words), "{words}");
         }

@@ -117,13 +117,21 @@ mod tests {
     #[test]
     fn a_check_reads_well() {
         let check = asked(None);
-        insta::assert_snapshot!(text(&check, &answer(&check).unwrap()), @"");
+        insta::assert_snapshot!(text(&check, &answer(&check).unwrap()), @r"
+        K_h = 500.0 N/m, INT = 300.0 N/m on K_o = 1000 N/m
+        50 haptic ticks a slow period, the mean force goes to the simulation, the surface jumps (zero-order hold)
+
+        hand held still        stable, spectral radius 0.791441 a slow period
+        largest K_h            1003 N/m with this INT, hand held still
+        largest INT            2941 N/m with this K_h, hand held still
+        eigenvalues solve      z² − 0.353000·z − 0.347000 = 0
+        ");
     }
 
     #[test]
     fn a_free_hand_has_a_verdict_of_its_own() {
-        let heavy = answer(&asked(Some([0.1, 5.0, 0.0]))).unwrap();
-        assert!(heavy.stable && heavy.hand_stable == Some(false));
+        let swings = answer(&asked(Some([0.1, 0.5, 0.0]))).unwrap();
+        assert!(swings.stable && swings.hand_stable == Some(false));
         let json = serde_json::to_value(answer(&asked(None)).unwrap()).unwrap();
         assert!(json.get("hand_stable").is_none());
         assert!((json["spectral_radius"].as_f64().unwrap() - 0.7914).abs() < 1e-4);
