@@ -461,7 +461,7 @@ fn choices_scale() {
     assert!((large.worst_spectral_radius - small.worst_spectral_radius).abs() < 1e-12);
 }
 
-/// A hand that nothing can move leaves the slow loop alone; a light one does not.
+/// A hand that nothing can move leaves the slow loop alone.
 #[test]
 fn a_heavy_hand_is_a_hand_held_still() {
     let gains = model(500.0, 300.0, 1000.0);

@@ -50,7 +50,9 @@ fn radius(radius: f64) -> String {
 /// A gain with four digits.
 fn gain(n_per_m: f64) -> String {
     let digits = if n_per_m == 0.0 { 0 } else { (3 - n_per_m.abs().log10().floor() as i32).clamp(0, 9) };
-    format!("{n_per_m:.*} N/m", digits as usize)
+    let text = format!("{n_per_m:.*}", digits as usize);
+    let text = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
+    format!("{text} N/m")
 }
 
 #[cfg(test)]
@@ -59,7 +61,10 @@ mod tests {
 
     #[test]
     fn numbers_for_people_have_the_digits_that_count() {
-        assert_eq!([gain(0.0), gain(812.345), gain(0.0123456)], ["0 N/m", "812.3 N/m", "0.01235 N/m"]);
+        assert_eq!(
+            [0.0, 200.0, 812.345, 0.0123456].map(gain),
+            ["0 N/m", "200 N/m", "812.3 N/m", "0.01235 N/m"]
+        );
         assert_eq!([radius(0.95), radius(3e-9)], ["0.950000", "0 (dead beat)"]);
     }
 }

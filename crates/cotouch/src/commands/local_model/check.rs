@@ -118,7 +118,7 @@ mod tests {
     fn a_check_reads_well() {
         let check = asked(None);
         insta::assert_snapshot!(text(&check, &answer(&check).unwrap()), @r"
-        K_h = 500.0 N/m, INT = 300.0 N/m on K_o = 1000 N/m
+        K_h = 500 N/m, INT = 300 N/m on K_o = 1000 N/m
         50 haptic ticks a slow period, the mean force goes to the simulation, the surface jumps (zero-order hold)
 
         hand held still        stable, spectral radius 0.791441 a slow period

@@ -85,9 +85,9 @@ impl Answer {
             response.samples.iter().map(value).collect::<Vec<_>>()
         };
         let settling = response.settling;
-        let ticks = 0..response.samples.len() as u64;
+        let time_s = |tick: usize| tick as f64 * fast.denominator() as f64 / fast.numerator() as f64;
         Self {
-            time_s: ticks.map(|tick| fast.instant(tick).as_secs_f64()).collect(),
+            time_s: (0..response.samples.len()).map(time_s).collect(),
             surface_m: of(|sample| sample.surface_m),
             force_n: of(|sample| sample.force_n),
             settling_s: SettlingTimes {
@@ -126,7 +126,7 @@ fn text(asked: &LocalModelStep, ratio: u32, answer: &Answer) -> String {
     };
     row("slow loop", verdict(answer));
     let rest = format!("{:.4} mm", 1e3 * answer.steady_state_m);
-    let error = format!("{:.4} mm above the hand", 1e3 * answer.steady_state_error_m);
+    let error = format!("{:.4} mm short of the hand", 1e3 * answer.steady_state_error_m);
     let would = if answer.stable { "" } else { ", if it came to rest" };
     row("surface rests at", format!("{rest}, {error}{would}"));
     let settled =
@@ -134,7 +134,8 @@ fn text(asked: &LocalModelStep, ratio: u32, answer: &Answer) -> String {
     row("within 5 %", settled(answer.settling_s.to_5_percent));
     row("within 2 %", settled(answer.settling_s.to_2_percent));
     let overshoot = |share: f64| format!("{:.2} % of that", 100.0 * share);
-    row("overshoot", answer.overshoot.map_or_else(|| "without end".to_owned(), overshoot));
+    let none = if answer.stable { "none" } else { "without end" };
+    row("overshoot", answer.overshoot.map_or_else(|| none.to_owned(), overshoot));
     let end_s = answer.time_s.last().copied().unwrap_or(0.0);
     row("computed", format!("{end_s:.3} s; --json has every tick, --out x.svg draws, --out x.csv tabulates"));
     text
