@@ -2,6 +2,8 @@
 
 mod grasp;
 mod link;
+mod local_regions;
+mod local_steps;
 mod push_wall;
 mod runs;
 mod sinusoid;
@@ -20,8 +22,20 @@ pub(crate) struct Experiment {
 }
 
 /// All of them, in the order of the seeds.
-pub(crate) const ALL: &[Experiment] =
-    &[link::TABLE_1_1, grasp::FIGURE_8_1, sinusoid::FIGURE_8_3, push_wall::FIGURE_8_4];
+pub(crate) const ALL: &[Experiment] = &[
+    link::TABLE_1_1,
+    grasp::FIGURE_8_1,
+    sinusoid::FIGURE_8_3,
+    push_wall::FIGURE_8_4,
+    local_steps::FIGURE_7,
+    local_steps::FIGURE_8,
+    local_steps::FIGURE_9,
+    local_regions::FIGURE_10,
+    local_regions::FIGURE_11,
+    local_steps::EQUATION_4,
+    local_steps::EQUATION_5,
+    local_regions::EQUATION_9,
+];
 
 /// What came of an experiment.
 #[derive(Clone, Debug)]
@@ -62,7 +76,7 @@ impl Claim {
 }
 
 /// Columns of equal length as CSV.
-fn csv(header: &[String], columns: &[&[f64]]) -> String {
+pub(crate) fn csv(header: &[String], columns: &[&[f64]]) -> String {
     let rows = columns.iter().map(|column| column.len()).max().unwrap_or(0);
     let mut text = header.join(",") + "\n";
     for row in 0..rows {

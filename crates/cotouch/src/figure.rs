@@ -1,7 +1,9 @@
 //! Pictures, as SVG. The only module that draws.
 
 pub(crate) mod chart;
+pub(crate) mod oblique;
 mod paths;
+pub(crate) mod steps;
 
 use std::ops::Range;
 
