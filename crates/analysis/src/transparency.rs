@@ -375,11 +375,7 @@ impl Compensated {
 }
 
 impl Viscous {
-    fn new(
-        spec: &LoopSpec,
-        hand: Option<HostIndex>,
-        user: HostIndex,
-    ) -> Result<Self, TransparencyError> {
+    fn new(spec: &LoopSpec, hand: Option<HostIndex>, user: HostIndex) -> Result<Self, TransparencyError> {
         let session = analyze_loop(spec)?;
         let by_hand = hand.map(|user| drift(&Held::by_hand(spec, user))).transpose()?;
         let simplified = drift(&Held::directly(spec, user))?;

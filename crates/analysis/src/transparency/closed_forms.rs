@@ -116,7 +116,13 @@ pub fn centralized_stiffness(scene: &Scene, remote: bool) -> f64 {
 pub fn distributed_stiffness_as_printed(scene: &Scene) -> f64 {
     let Symbols { k_11, k_12: k_21, k_o, k_w, .. } = Symbols::of(scene);
     k_11 * (2.0 * k_o * k_o + k_21 * k_w + 2.0 * k_o * k_w + k_w * k_w)
-        / (k_o * k_21 + k_21 * k_11 + k_11 * k_o + k_11 * k_w + 2.0 * k_o * k_o + k_21 * k_w + 2.0 * k_o * k_w
+        / (k_o * k_21
+            + k_21 * k_11
+            + k_11 * k_o
+            + k_11 * k_w
+            + 2.0 * k_o * k_o
+            + k_21 * k_w
+            + 2.0 * k_o * k_w
             + k_w * k_w)
 }
 

@@ -22,11 +22,7 @@ pub(super) fn pattern_s(spec: &LoopSpec) -> f64 {
 ///
 /// With a whole number of ticks a network period, every network instant is the first of a pattern, and this is
 /// `C·(zI − A)⁻¹·B` of the thesis.
-pub(super) fn slow_rate(
-    held: &Held,
-    number: usize,
-    frequency_rad_s: f64,
-) -> Result<Complex<f64>, SpecError> {
+pub(super) fn slow_rate(held: &Held, number: usize, frequency_rad_s: f64) -> Result<Complex<f64>, SpecError> {
     let mut held = held.clone();
     let source = source::at_network_instants(&mut held, frequency_rad_s);
     let map = held.spec.lift_shared()?;
