@@ -41,6 +41,7 @@ use std::f64::consts::PI;
 
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Architecture;
 use nalgebra::Complex;
 use serde::Serialize;
 
@@ -155,6 +156,9 @@ pub struct AddedDamping {
     pub simplified_damping_n_s_per_m: Option<f64>,
     /// As the first, with the mean velocity instead of that at the network instants: what a slow hand feels.
     pub mean_damping_n_s_per_m: Option<f64>,
+    /// What the scene's own dampers to the ground (`hand`, `governor`, `object` on every copy) come to, when all moves as
+    /// one: part of the above.
+    pub dampers_of_scene_n_s_per_m: f64,
     /// Of the session with all hands on the object: the real pole nearest 1 that is not 1 by structure.
     pub drag_pole: Option<f64>,
     /// `object.damping_n_s_per_m` that cancels the simplified damping, as the thesis proposes: it is on every copy.
@@ -319,6 +323,7 @@ pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, Tra
         damping_n_s_per_m: before.damping,
         simplified_damping_n_s_per_m: before.simplified,
         mean_damping_n_s_per_m: before.mean_damping,
+        dampers_of_scene_n_s_per_m: dampers(&line),
         drag_pole: before.drag_pole,
         compensation_n_s_per_m: compensation,
         damping_if_compensated_n_s_per_m: after.and_then(|after| after.damping),
@@ -328,6 +333,16 @@ pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, Tra
         reduction,
         notes,
     })
+}
+
+/// To the ground, of one user's hand and all copies.
+fn dampers(line: &Scene) -> f64 {
+    let copies = match line.session.architecture {
+        Architecture::Centralized => 1.0,
+        Architecture::Distributed => f64::from(line.session.users),
+    };
+    fingers(line) * (line.hand.damping_n_s_per_m + line.governor.damping_n_s_per_m)
+        + copies * (line.object.damping_n_s_per_m + line.object.axis_damping_n_s_per_m.x)
 }
 
 /// A scene on a line, in free motion, with and without compensation.

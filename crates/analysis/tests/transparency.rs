@@ -359,6 +359,7 @@ fn dampers_to_the_ground_count() {
     let local = damping(&scene, LOCAL);
     assert!(close(local.mean_damping_n_s_per_m.unwrap(), 2.0, 1e-9), "{local:?}");
     assert!(close(local.simplified_damping_n_s_per_m.unwrap(), 1.5, 1e-9), "{local:?}");
+    assert_eq!(local.dampers_of_scene_n_s_per_m, 2.0);
     assert_eq!(local.damping_if_compensated_n_s_per_m.map(|damping| (damping * 1e9).round()), Some(5e8));
 }
 

@@ -112,6 +112,10 @@ fn damping_text(title: &str, damping: &AddedDamping) -> String {
         format!("{} (force over velocity at network instants)", viscous(damping.damping_n_s_per_m)),
     );
     row("by the mean velocity", viscous(damping.mean_damping_n_s_per_m));
+    if damping.dampers_of_scene_n_s_per_m != 0.0 {
+        let value = damping.dampers_of_scene_n_s_per_m;
+        row("  in it", format!("{value:.4} N·s/m of dampers that the scene has (hand, governor, object)"));
+    }
     row(
         "simplified model",
         format!("{} (no hands, the force acts on every copy)", viscous(damping.simplified_damping_n_s_per_m)),

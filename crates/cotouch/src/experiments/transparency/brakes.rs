@@ -185,7 +185,7 @@ const UNDAMPED: [&str; 3] = [
     "coupling.object_object.damping_n_s_per_m=0",
 ];
 /// Every sample is used one tick after it was taken.
-const OLDER: [&str; 2] = ["link.play_out=on-arrival", "link.latency_s=0.0009765625"];
+const OLDER: [&str; 2] = ["link.play_out=on-arrival", "link.impairment.latency_s=0.0009765625"];
 
 fn equation_b_11() -> anyhow::Result<Outcome> {
     let (undamped, older) = ([&AT_N_2[..], &UNDAMPED].concat(), [&AT_N_2[..], &OLDER].concat());
