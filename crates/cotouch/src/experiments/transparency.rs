@@ -28,7 +28,7 @@ fn table_6_1(scene: &str, settings: &[&str]) -> anyhow::Result<Scene> {
 struct Case {
     name: &'static str,
     scene: &'static str,
-    settings: Vec<&'static str>,
+    settings: Vec<String>,
     /// From 0.
     user: usize,
     colour: usize,
@@ -39,12 +39,19 @@ impl Case {
     fn new(
         name: &'static str,
         (scene, user): (&'static str, usize),
-        settings: &[&'static str],
+        settings: &[&str],
         colour: usize,
         frequencies: &Grid,
     ) -> anyhow::Result<Self> {
         let felt = admittance(&table_6_1(scene, settings)?, frequencies.values())?;
-        Ok(Self { name, scene, settings: settings.to_vec(), user, colour, felt })
+        Ok(Self {
+            name,
+            scene,
+            settings: settings.iter().map(|&setting| setting.to_owned()).collect(),
+            user,
+            colour,
+            felt,
+        })
     }
 
     fn of_user(&self) -> &UserAdmittance {

@@ -54,6 +54,10 @@ fn command(scene: &str, settings: &[&str], user: HostIndex) -> String {
     format!("cotouch analyze damping {scene} --user {user} --set {}", settings.join(" --set "))
 }
 
+fn n_s_per_m(value: f64) -> String {
+    if value == 0.0 { "0 N·s/m".to_owned() } else { format!("{value:.4} N·s/m") }
+}
+
 fn row(name: &str, printed: &str, here: String) -> [String; 3] {
     [name.to_owned(), printed.to_owned(), here]
 }
@@ -77,12 +81,10 @@ fn table_6_2() -> anyhow::Result<Outcome> {
         Claim::new("the simplified model underestimates the damping", of(3) < of(2) && of(1) < of(0)),
         Claim::new("the distributed controller brakes more than the centralized one", of(2) > of(0)),
     ];
-    let mut rows: Vec<_> = cells
-        .iter()
-        .map(|cell| row(cell.0, &format!("{} N·s/m", cell.1), format!("{:.4} N·s/m", cell.2)))
-        .collect();
+    let mut rows: Vec<_> =
+        cells.iter().map(|cell| row(cell.0, &format!("{} N·s/m", cell.1), n_s_per_m(cell.2))).collect();
     rows.push(row("centralized (remote user), original, N = 2", "(B.10)", format!("{at_n_2:.4} N·s/m")));
-    rows.push(row("centralized (local user), original", "(none)", format!("{local:.4} N·s/m")));
+    rows.push(row("centralized (local user), original", "(none)", n_s_per_m(local)));
     let values = |which: fn(&(&str, f64, f64, f64)) -> f64| {
         json!({
             "centralized": { "original": which(&cells[0]), "simplified": which(&cells[1]) },
@@ -170,7 +172,7 @@ fn equation_b_10() -> anyhow::Result<Outcome> {
         rows: vec![
             row("k_2/(2/T_c − b_2/m_o)", &format!("{printed:.8} N·s/m"), format!("{exact:.8} N·s/m")),
             row("the same user at N = 8", "(not given)", format!("{at_n_8:.8} N·s/m")),
-            row("the local user", "(not given)", format!("{local:.8} N·s/m")),
+            row("the local user", "(not given)", n_s_per_m(local)),
         ],
         figure: None,
         table: None,
