@@ -83,7 +83,7 @@ impl<'a> Pushed<'a> {
 
     fn tick(&mut self, tick: usize, force: &Force) {
         let step = tick / self.ratio;
-        if tick % self.ratio == 0 {
+        if tick.is_multiple_of(self.ratio) {
             self.instants.push(self.hand);
             self.samples.push(Sample { hand: self.hand, own: self.own, other: self.other, force: 0.0 });
             let held = self.held(step);

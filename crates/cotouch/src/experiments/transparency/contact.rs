@@ -92,7 +92,7 @@ fn figure(cases: &[&Case]) -> anyhow::Result<String> {
         y_scale: Scale::Logarithmic,
         ..Panel::default()
     };
-    chart("Figure 6.5: perceived admittance |X/F|, the box against a rigid wall", &[panel])
+    chart("Figure 6.5: |X/F|, the box against a rigid wall (dashed colours: exact fundamental)", &[panel])
 }
 
 /// One formula at one wall.
