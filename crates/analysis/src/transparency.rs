@@ -49,7 +49,7 @@ use crate::check::SpecError;
 use crate::loop_spec::LoopSpec;
 use crate::stability::{AnalysisError, analyze_loop};
 use alone::Held;
-use drift::drift;
+use drift::{Drift, drift};
 use one_line::OneLine;
 
 pub use one_line::Reduction;
@@ -109,8 +109,8 @@ pub enum Answer {
     Position,
 }
 
-/// What one user feels; every list has one element a frequency. An element is infinite where the loop itself swings at
-/// exactly that frequency.
+/// What one user feels; every list has one element a frequency. An element is not finite where the loop itself
+/// swings at exactly that frequency.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct UserAdmittance {
     /// The user's name.
@@ -145,7 +145,8 @@ pub struct IdealAdmittance {
 /// What held data add to the damping that a user feels; serialises to the document of `cotouch analyze damping`.
 ///
 /// Dampers to the ground that the scene has (`hand`, `object`, `governor`) are in it. In free motion, whatever walls the
-/// scene has. A damping is `None` where a spring ties the hand to the ground, so that no force keeps it moving.
+/// scene has. A damping is `None` where a spring ties the hand to the ground, so that no force keeps it moving, and where
+/// the loop outgrows floating point. It is a limit of (6.1), which an unstable loop has too without ever coming there.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct AddedDamping {
     /// Who moves the object.
@@ -311,13 +312,7 @@ pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, Tra
     }
     let OneLine { scene: line, reduction, mut notes } = OneLine::free(scene);
     let Compensated { before, compensation, after } = Compensated::of_session(&line, user)?;
-    if before.damping.is_none() {
-        notes.push(
-            "A spring ties the hand to the ground, so that no constant force keeps it moving: there is no damping in the \
-             sense of (6.2)."
-                .to_owned(),
-        );
-    }
+    notes.extend(before.why_none.map(str::to_owned));
     Ok(AddedDamping {
         user: scene.users[user.index()].name.clone(),
         damping_n_s_per_m: before.damping,
@@ -361,6 +356,7 @@ struct Viscous {
     simplified: Option<f64>,
     drag_pole: Option<f64>,
     stable: bool,
+    why_none: Option<&'static str>,
 }
 
 impl Compensated {
@@ -400,6 +396,7 @@ impl Viscous {
             simplified: simplified.damping(|at_instants, _| at_instants),
             drag_pole: session.drag_pole,
             stable: session.stable,
+            why_none: by_hand.and_then(Drift::why_no_damping),
         })
     }
 }

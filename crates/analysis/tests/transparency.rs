@@ -376,6 +376,18 @@ fn a_spring_to_the_ground_leaves_no_damping() {
 }
 
 #[test]
+fn a_loop_that_outgrows_everything_has_no_numbers() {
+    let mut scene = table_6_1(Architecture::Distributed);
+    scene.coupling.hand_object = spring(1e7, 0.0);
+    let wild = damping(&scene, LOCAL);
+    assert_eq!(wild.damping_n_s_per_m, None);
+    assert!(wild.notes.iter().any(|note| note.contains("unstable")), "{:?}", wild.notes);
+    let response = admittance(&scene, &[1.0]).unwrap();
+    assert!(!response.users[0].stable);
+    serde_json::to_string(&response).unwrap();
+}
+
+#[test]
 fn a_told_velocity_changes_the_loop_and_not_what_is_measured() {
     let mut scene = table_6_1(Architecture::Centralized);
     let exact = admittance(&scene, &[1.0, 50.0]).unwrap();

@@ -14,6 +14,8 @@ use crate::rigid::Structure;
 pub(super) enum Drift {
     /// It does not: a stiffness ties it to the ground.
     Grounded,
+    /// The loop grows so much within one pattern that nothing else can be told.
+    Outgrown,
     /// Faster and faster: momentum is conserved, and nothing is damped.
     Accelerating,
     /// At a steady pace.
@@ -26,15 +28,32 @@ pub(super) enum Drift {
 }
 
 impl Drift {
+    /// In a plain sentence.
+    pub(super) fn why_no_damping(self) -> Option<&'static str> {
+        match self {
+            Self::Grounded => Some(
+                "A spring ties the hand to the ground, so that no constant force keeps it moving: there is no damping in \
+                 the sense of (6.2).",
+            ),
+            Self::Outgrown => Some(
+                "The loop is so unstable that its slow motion cannot be told: there is no damping to speak of.",
+            ),
+            Self::Accelerating | Self::Steady { .. } => None,
+        }
+    }
+
     /// F/V (N·s/m), by one of the velocities.
     pub(super) fn damping(self, velocity: impl Fn(f64, f64) -> f64) -> Option<f64> {
         match self {
-            Self::Grounded => None,
+            Self::Grounded | Self::Outgrown => None,
             Self::Accelerating => Some(0.0),
             Self::Steady { at_network_instants, mean } => Some(velocity(at_network_instants, mean).recip()),
         }
     }
 }
+
+/// Per pattern, in SI units: beyond it the drift drowns in rounding.
+const LARGEST_GROWTH: f64 = 1e12;
 
 /// In a steady drift, one pattern moves everything (positions and samples of positions) by the same length ℓ:
 /// `Φ·x + b = x + ℓ·e` with the translation e. So `(I − Φ)·x + ℓ·e = b`, which leaves only the place open:
@@ -54,6 +73,9 @@ pub(super) fn drift(held: &Held) -> Result<Drift, SpecError> {
     let name = pushed.spec.bodies[source.0].states[0];
     let Some(first) = whole.index_of(name) else { return Ok(Drift::Grounded) };
     let cut = Cut::new(&whole.matrix, &[first, first + 1]);
+    if whole.matrix.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH) {
+        return Ok(Drift::Outgrown);
+    }
     let structure = Structure::new(&held.spec, &layout, &cut.map);
     let conserved = structure.rigid.len() > 1;
     if conserved {

@@ -106,7 +106,7 @@ fn damping_text(title: &str, damping: &AddedDamping) -> String {
         let _ = writeln!(text, "{name:<22} {value}");
     };
     let viscous =
-        |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.4} N·s/m"));
+        |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.6} N·s/m"));
     row(
         "added damping",
         format!("{} (force over velocity at network instants)", viscous(damping.damping_n_s_per_m)),
@@ -114,7 +114,7 @@ fn damping_text(title: &str, damping: &AddedDamping) -> String {
     row("by the mean velocity", viscous(damping.mean_damping_n_s_per_m));
     if damping.dampers_of_scene_n_s_per_m != 0.0 {
         let value = damping.dampers_of_scene_n_s_per_m;
-        row("  in it", format!("{value:.4} N·s/m of dampers that the scene has (hand, governor, object)"));
+        row("  in it", format!("{value:.6} N·s/m of dampers that the scene has (hand, governor, object)"));
     }
     row(
         "simplified model",
@@ -122,7 +122,7 @@ fn damping_text(title: &str, damping: &AddedDamping) -> String {
     );
     row("drag pole", pole(damping.drag_pole));
     if let Some(compensation) = damping.compensation_n_s_per_m.filter(|&value| value != 0.0) {
-        row("compensated by", format!("object.damping_n_s_per_m={compensation:.4}"));
+        row("compensated by", format!("object.damping_n_s_per_m={compensation:.6}"));
         row("  added damping", viscous(damping.damping_if_compensated_n_s_per_m));
         row("  drag pole", pole(damping.drag_pole_if_compensated));
         let word = |stable| if stable { "stable" } else { "unstable" };
@@ -246,7 +246,10 @@ mod tests {
         let settings = ["link.delay_periods=0"].map(|setting| setting.parse().unwrap());
         let scene = cotouch_scene::load("single-axis", &settings).unwrap();
         let text = damping_text("title", &added_damping(&scene, HostIndex(0)).unwrap());
-        assert!(text.contains("2.0389 N·s/m") && text.contains("object.damping_n_s_per_m=-1.0675"), "{text}");
+        assert!(
+            text.contains("2.038923 N·s/m") && text.contains("object.damping_n_s_per_m=-1.067496"),
+            "{text}"
+        );
         let frequencies: Vec<f64> = (1..=100).map(|step| f64::from(step) * 10.0).collect();
         let admittance = cotouch_analysis::transparency::admittance(&scene, &frequencies).unwrap();
         let text = admittance_text("title", &admittance);
