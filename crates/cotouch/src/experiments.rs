@@ -7,6 +7,7 @@ mod local_steps;
 mod push_wall;
 mod runs;
 mod sinusoid;
+mod transparency;
 
 use serde::Serialize;
 use serde_json::Value as Json;
@@ -24,6 +25,14 @@ pub(crate) struct Experiment {
 /// All of them, in the order of the seeds.
 pub(crate) const ALL: &[Experiment] = &[
     link::TABLE_1_1,
+    transparency::FIGURE_6_2,
+    transparency::EQUATION_6_3,
+    transparency::TABLE_6_2,
+    transparency::FIGURE_6_4,
+    transparency::FIGURE_6_5,
+    transparency::EQUATION_6_4,
+    transparency::EQUATION_B_10,
+    transparency::EQUATION_B_11,
     grasp::FIGURE_8_1,
     sinusoid::FIGURE_8_3,
     push_wall::FIGURE_8_4,
