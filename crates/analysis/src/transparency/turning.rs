@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::one_line::OneLine;
 use super::{Compensated, TransparencyError};
-use crate::operating_point::{body_inertia, has_surface};
+use crate::operating_point::has_surface;
 
 /// About one axis, by the simplified model.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -70,7 +70,7 @@ fn axes(scene: &Scene) -> Vec<(DVec3, f64)> {
         return Vec::new();
     }
     let turn = DQuat::from_scaled_axis(body.rotation_rad);
-    let inertia = body_inertia(&body);
+    let inertia = body.shape.mass_properties(body.mass_kg).inertia_kg_m2;
     match scene.space {
         Space::Line => Vec::new(),
         Space::Plane => {
