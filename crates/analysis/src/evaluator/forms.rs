@@ -13,13 +13,16 @@ const SAME: f64 = 1e-13;
 /// A coefficient that is smaller than this, relative to the values at the points of the fit, is their rounding.
 const ROUNDING: f64 = 2e-15;
 
-/// Values of the keys from which forms are made: powers of 2, so that nothing is rounded that need not be.
+/// Values of the keys from which forms are made: powers of 2, so that nothing is rounded that need not be, and far
+/// apart, so that the rounding of a large constant does not pass for a slope.
+const LEAST: f64 = 1.0;
+const MOST: f64 = 512.0;
+
+/// All pairs of these.
 pub(super) fn fit_points(keys: usize) -> Vec<Vec<f64>> {
-    const ONE: f64 = 1.0;
-    const TWO: f64 = 2.0;
     match keys {
-        1 => vec![vec![ONE], vec![TWO]],
-        _ => vec![vec![ONE, ONE], vec![TWO, ONE], vec![ONE, TWO], vec![TWO, TWO]],
+        1 => vec![vec![LEAST], vec![MOST]],
+        _ => vec![vec![LEAST, LEAST], vec![MOST, LEAST], vec![LEAST, MOST], vec![MOST, MOST]],
     }
 }
 
@@ -37,7 +40,9 @@ impl Form {
     }
 
     fn fitted(fit: &[f64], reciprocal: [bool; 2]) -> Self {
-        let arguments = |index: usize| if reciprocal[index] { (1.0, 0.5) } else { (1.0, 2.0) };
+        let arguments = |index: usize| {
+            if reciprocal[index] { (LEAST.recip(), MOST.recip()) } else { (LEAST, MOST) }
+        };
         let (u, v) = (arguments(0), arguments(1));
         let coefficients = match *fit {
             [one, two] => {
