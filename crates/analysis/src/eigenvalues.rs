@@ -25,7 +25,7 @@ pub enum EigenvalueError {
 }
 
 /// Up to this size, the own iteration is faster than the library (measured).
-const SMALL: usize = 48;
+const SMALL: usize = 64;
 
 /// All eigenvalues, in no particular order. Real eigenvalues have an imaginary part of exactly zero.
 ///

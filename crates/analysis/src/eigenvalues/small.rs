@@ -7,13 +7,21 @@
 //! of iterations.
 
 use nalgebra::{Complex, DMatrix};
+use pulp::Arch;
 
 /// Iterations for one eigenvalue or pair; three or four is usual.
 const MOST_ITERATIONS: usize = 60;
 const EXCEPTIONAL: usize = 10;
 
 /// All eigenvalues of a square matrix; `None` where the iteration did not converge or overflowed.
+///
+/// Compiled for the vector instructions of this processor, which is why everything below is inlined.
 pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    Arch::new().dispatch(|| iterated(matrix))
+}
+
+#[inline(always)]
+fn iterated(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let size = matrix.nrows();
     // The transpose, because nalgebra stores columns: its eigenvalues are the same.
     let mut work = Square { elements: matrix.as_slice().to_vec(), size };
@@ -36,15 +44,18 @@ struct Square {
 }
 
 impl Square {
+    #[inline(always)]
     fn at(&self, row: usize, column: usize) -> f64 {
         self.elements[row * self.size + column]
     }
 
+    #[inline(always)]
     fn at_mut(&mut self, row: usize, column: usize) -> &mut f64 {
         &mut self.elements[row * self.size + column]
     }
 
     /// By reflections, one for each column; what lies below the subdiagonal is 0 afterwards.
+    #[inline(always)]
     fn to_hessenberg(&mut self) {
         let size = self.size;
         let mut normal = vec![0.0; size];
@@ -81,8 +92,7 @@ impl Square {
             }
             for row in self.elements.chunks_exact_mut(size) {
                 let (row, normal) = (&mut row[first..], &normal[first..]);
-                let sum: f64 = row.iter().zip(normal).map(|(element, n)| element * n).sum();
-                let factor = sum / half;
+                let factor = dot(row, normal) / half;
                 for (element, n) in row.iter_mut().zip(normal) {
                     *element -= factor * n;
                 }
@@ -95,6 +105,7 @@ impl Square {
 
     /// Iterates on the first `rest` rows until one or two eigenvalues have come off at their end; says how many.
     /// `shift` was subtracted from the diagonal.
+    #[inline(always)]
     fn split_off(
         &mut self,
         rest: usize,
@@ -124,6 +135,7 @@ impl Square {
     }
 
     /// Where the block begins that ends with row `last`: its subdiagonal is not negligible.
+    #[inline(always)]
     fn first_of_block(&mut self, last: usize, norm: f64) -> usize {
         let mut row = last;
         while row > 0 {
@@ -139,6 +151,7 @@ impl Square {
     }
 
     /// Wilkinson's, which lead out of a cycle.
+    #[inline(always)]
     fn exceptional_shifts(&mut self, last: usize, shift: &mut f64) -> (f64, f64, f64) {
         let x = self.at(last, last);
         *shift += x;
@@ -150,6 +163,7 @@ impl Square {
     }
 
     /// A double step of QR on rows `first` to `last`, at least three; the shifts' sum is x + y, their product x·y − w.
+    #[inline(always)]
     fn double_step(&mut self, first: usize, last: usize, (x, y, w): (f64, f64, f64)) {
         let mut start = last - 2;
         let mut column = loop {
@@ -167,16 +181,16 @@ impl Square {
         }
         for step in start..last {
             let three = step + 1 < last;
-            let mut scale = 1.0;
             if step > start {
                 let third = if three { self.at(step + 2, step - 1) } else { 0.0 };
                 column = [self.at(step, step - 1), self.at(step + 1, step - 1), third];
-                scale = column.iter().map(|value| value.abs()).sum();
-                if scale == 0.0 {
-                    continue;
-                }
-                column = column.map(|value| value / scale);
             }
+            let scale: f64 = column.iter().map(|value| value.abs()).sum();
+            if scale == 0.0 {
+                continue;
+            }
+            let per_scale = scale.recip();
+            let column = column.map(|value| value * per_scale);
             let [p, q, r] = column;
             let length = (p * p + q * q + r * r).sqrt().copysign(p);
             if step > start {
@@ -185,26 +199,28 @@ impl Square {
                 *self.at_mut(step, step - 1) *= -1.0;
             }
             let head = p + length;
-            let left = [head / length, q / length, r / length];
-            let right = [1.0, q / head, r / head];
+            let (per_length, per_head) = (length.recip(), head.recip());
+            let left = [head * per_length, q * per_length, r * per_length];
+            let right = [1.0, q * per_head, r * per_head];
             self.reflect(step, first, last, three, left, right);
         }
     }
 
-    /// What the first column of (A − s₁)(A − s₂) would be if the block began at `start`, scaled.
+    /// What the first column of (A − s₁)(A − s₂) would be if the block began at `start`, over its
+    /// subdiagonal element.
+    #[inline(always)]
     fn first_column(&self, start: usize, x: f64, y: f64, w: f64) -> [f64; 3] {
         let z = self.at(start, start);
         let (r, s) = (x - z, y - z);
-        let column = [
+        [
             (r * s - w) / self.at(start + 1, start) + self.at(start, start + 1),
             self.at(start + 1, start + 1) - z - r - s,
             self.at(start + 2, start + 1),
-        ];
-        let scale: f64 = column.iter().map(|value| value.abs()).sum();
-        column.map(|value| value / scale)
+        ]
     }
 
     /// Whether two small subdiagonal elements in a row allow to begin at `start`.
+    #[inline(always)]
     fn may_start(&self, start: usize, [p, q, r]: [f64; 3]) -> bool {
         let beside = self.at(start - 1, start - 1).abs()
             + self.at(start, start).abs()
@@ -213,6 +229,7 @@ impl Square {
     }
 
     /// The similarity with `I − left·rightᵀ` in rows `step` and after.
+    #[inline(always)]
     fn reflect(
         &mut self,
         step: usize,
@@ -255,6 +272,20 @@ impl Square {
             }
         }
     }
+}
+
+/// In four sums at once.
+#[inline(always)]
+fn dot(one: &[f64], other: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (ones, others) = (one.chunks_exact(4), other.chunks_exact(4));
+    let rest: f64 = ones.remainder().iter().zip(others.remainder()).map(|(a, b)| a * b).sum();
+    for (one, other) in ones.zip(others) {
+        for lane in 0..4 {
+            sums[lane] += one[lane] * other[lane];
+        }
+    }
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
 /// The eigenvalues of [y ·; · x] whose off-diagonal elements' product is `w`.

@@ -118,6 +118,7 @@ struct Samples {
 }
 
 impl Samples {
+    #[inline(always)]
     fn row(&self, step: i64, number: usize) -> usize {
         self.first + step.rem_euclid(self.ring as i64) as usize * self.numbers.len() + number
     }
@@ -309,10 +310,12 @@ impl Rows {
         self.data.resize(rows * columns, 0.0);
     }
 
+    #[inline(always)]
     fn row(&self, index: usize) -> &[f64] {
         &self.data[index * self.columns..(index + 1) * self.columns]
     }
 
+    #[inline(always)]
     fn row_mut(&mut self, index: usize) -> &mut [f64] {
         &mut self.data[index * self.columns..(index + 1) * self.columns]
     }
@@ -335,11 +338,15 @@ pub(crate) struct Run {
 
 impl Run {
     /// The map over one pattern.
+    ///
+    /// Compiled for the vector instructions of this processor, which is why a tick's sums are inlined.
     pub(crate) fn pattern(&mut self, program: &Program) -> DMatrix<f64> {
         self.start(program);
-        for tick in &program.timetable.ticks {
-            self.tick(program, tick);
-        }
+        pulp::Arch::new().dispatch(|| {
+            for tick in &program.timetable.ticks {
+                self.tick(program, tick);
+            }
+        });
         self.matrix(program)
     }
 
@@ -363,6 +370,7 @@ impl Run {
         }
     }
 
+    #[inline(always)]
     fn tick(&mut self, program: &Program, tick: &Tick) {
         let changes = &program.timetable.changes[tick.changes.clone()];
         for &(delay, step) in changes {
@@ -379,6 +387,7 @@ impl Run {
         self.step_bodies(program);
     }
 
+    #[inline(always)]
     fn sample(&mut self, program: &Program, step: i64, forces: bool) {
         for samples in program.registers.iter().filter(|samples| samples.carries_force == forces) {
             for (number, sum) in samples.numbers.iter().enumerate() {
@@ -391,6 +400,7 @@ impl Run {
         }
     }
 
+    #[inline(always)]
     fn sum_held_forces(&mut self, program: &Program) {
         for (component, sum) in program.forces.iter().enumerate() {
             let force = self.held_forces.row_mut(component);
@@ -399,6 +409,7 @@ impl Run {
         }
     }
 
+    #[inline(always)]
     fn step_bodies(&mut self, program: &Program) {
         self.forces.data.copy_from_slice(&self.held_forces.data);
         for (component, sum) in program.forces.iter().enumerate() {
@@ -450,18 +461,21 @@ fn numbers_of_state(samples: &Samples, step: i64) -> impl Iterator<Item = (usize
     })
 }
 
+#[inline(always)]
 fn add_current(target: &mut [f64], sum: &Sum, states: &Rows) {
     for term in &sum.current {
         add(target, term.factor, states.row(term.row));
     }
 }
 
+#[inline(always)]
 fn add_held(target: &mut [f64], sum: &Sum, program: &Program, samples: &Rows, held: &[i64]) {
     for Weighted { row, factor } in &sum.held {
         add(target, *factor, samples.row(program.registers[row.register].row(held[row.delay], row.number)));
     }
 }
 
+#[inline(always)]
 fn add(target: &mut [f64], factor: f64, row: &[f64]) {
     if factor == 0.0 {
         return;
