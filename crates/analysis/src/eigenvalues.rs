@@ -80,12 +80,24 @@ fn balancing_factor(matrix: &DMatrix<f64>, index: usize) -> Option<f64> {
     if column == 0.0 || row == 0.0 || !(column + row).is_finite() {
         return None;
     }
-    // The power would be 1.
-    if row < 2.0 * column && column < 2.0 * row {
-        return None;
-    }
-    let factor = (row / column).sqrt().log2().round().exp2().clamp(LARGEST.recip(), LARGEST);
+    let factor = power_of_two(row / column).clamp(LARGEST.recip(), LARGEST);
     (column * factor + row / factor < 0.95 * (column + row)).then_some(factor)
+}
+
+/// The power of two nearest to the square root of `ratio`, in the logarithm.
+fn power_of_two(ratio: f64) -> f64 {
+    if (4096f64.recip()..4096.0).contains(&ratio) {
+        // The usual case, without logarithms.
+        let (mut power, mut rest) = (1.0, ratio);
+        while rest >= 2.0 {
+            (power, rest) = (power * 2.0, rest / 4.0);
+        }
+        while rest <= 0.5 {
+            (power, rest) = (power / 2.0, rest * 4.0);
+        }
+        return power;
+    }
+    ratio.sqrt().log2().round().exp2()
 }
 
 /// Eigenvalues of a finite, square matrix that was balanced before.
@@ -174,6 +186,14 @@ mod tests {
             for j in 0..5 {
                 assert_eq!(balanced[(i, j)], matrix[(i, j)] * scales[j] / scales[i]);
             }
+        }
+    }
+
+    #[test]
+    fn powers_of_two_are_the_nearest() {
+        for exponent in -200..=200 {
+            let ratio = (f64::from(exponent) * 0.173).exp2();
+            assert_eq!(power_of_two(ratio), ratio.sqrt().log2().round().exp2(), "{ratio}");
         }
     }
 
