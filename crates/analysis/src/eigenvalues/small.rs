@@ -25,7 +25,7 @@ fn iterated(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
     let size = matrix.nrows();
     // The transpose, because nalgebra stores columns: its eigenvalues are the same.
     let mut work = Square { elements: matrix.as_slice().to_vec(), size };
-    work.to_hessenberg();
+    work.make_hessenberg();
     let mut values = Vec::with_capacity(size);
     let mut rest = size;
     let mut shift = 0.0;
@@ -56,7 +56,7 @@ impl Square {
 
     /// By reflections, one for each column; what lies below the subdiagonal is 0 afterwards.
     #[inline(always)]
-    fn to_hessenberg(&mut self) {
+    fn make_hessenberg(&mut self) {
         let size = self.size;
         let mut normal = vec![0.0; size];
         let mut along = vec![0.0; size];
@@ -68,25 +68,25 @@ impl Square {
             }
             let scale = below + self.at(first, column).abs();
             let mut square = 0.0;
-            for row in first..size {
-                normal[row] = self.at(row, column) / scale;
-                square += normal[row] * normal[row];
+            for (row, element) in normal.iter_mut().enumerate().skip(first) {
+                *element = self.at(row, column) / scale;
+                square += *element * *element;
             }
             let length = square.sqrt().copysign(normal[first]);
             // H = I − n·nᵀ/half, with half = nᵀ·n/2.
             let half = square + normal[first] * length;
             normal[first] += length;
             along[column..].fill(0.0);
-            for row in first..size {
-                let (factor, elements) = (normal[row], &self.elements[row * size + column..(row + 1) * size]);
-                for (sum, element) in along[column..].iter_mut().zip(elements) {
+            let rows = self.elements[first * size..].chunks_exact(size);
+            for (row, factor) in rows.zip(&normal[first..]) {
+                for (sum, element) in along[column..].iter_mut().zip(&row[column..]) {
                     *sum += factor * element;
                 }
             }
-            for row in first..size {
-                let factor = normal[row] / half;
-                let elements = &mut self.elements[row * size + column..(row + 1) * size];
-                for (element, sum) in elements.iter_mut().zip(&along[column..]) {
+            let rows = self.elements[first * size..].chunks_exact_mut(size);
+            for (row, n) in rows.zip(&normal[first..]) {
+                let factor = n / half;
+                for (element, sum) in row[column..].iter_mut().zip(&along[column..]) {
                     *element -= factor * sum;
                 }
             }

@@ -169,7 +169,7 @@ fn allowed(scene: &Scene, key: &str) -> Option<RangeInclusive<f64>> {
     let tried = sizes().rev().map(|size| -size).chain(sizes());
     let mut good = tried.filter(|&value| with_override(scene, key, value).is_ok());
     let least = good.next()?;
-    Some(least..=good.last()?)
+    Some(least..=good.next_back()?)
 }
 
 /// Apart from the points of the fit, over the range of magnitudes.
@@ -298,7 +298,7 @@ fn numbers(spec: &mut LoopSpec) -> Vec<&mut f64> {
             Dynamics::Rigid { mass_kg, inertia, .. } => {
                 numbers.push(mass_kg);
                 let [x, y, z] = [&mut inertia.x_axis, &mut inertia.y_axis, &mut inertia.z_axis];
-                numbers.extend([x, y, z].into_iter().flat_map(|axis| AsMut::<[f64; 3]>::as_mut(axis)));
+                numbers.extend([x, y, z].into_iter().flat_map(AsMut::<[f64; 3]>::as_mut));
             }
         }
     }
