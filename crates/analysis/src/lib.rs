@@ -41,6 +41,7 @@
 pub mod check;
 pub mod compile;
 mod contact;
+mod crossing;
 mod deflate;
 mod discretise;
 mod dof;
