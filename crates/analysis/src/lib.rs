@@ -48,6 +48,7 @@ mod dof;
 mod dominant;
 pub mod eigenvalues;
 pub mod evaluator;
+mod gains;
 pub mod lift;
 pub mod local_model;
 pub mod loop_spec;

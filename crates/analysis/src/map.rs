@@ -82,7 +82,7 @@ pub fn stability_map(
     };
     let Curves { boundary, outlines } = curves(&plane, &stable)?;
     let is_empty = !stable.iter().flatten().any(|&stable| stable);
-    let empty = if is_empty { Some(empty::reason(scene, x, y, progress)?) } else { None };
+    let empty = if is_empty { Some(empty::reason(scene, x, y)?) } else { None };
     progress(1.0);
     let radius = |y: usize, x: usize| plane.known(Point { x, y }).map_or(f64::NAN, |v| v.spectral_radius);
     let radii = || (0..plane.y.len()).map(|y| (0..plane.x.len()).map(|x| radius(y, x)).collect()).collect();

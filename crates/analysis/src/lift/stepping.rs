@@ -9,16 +9,28 @@ use nalgebra::DMatrix;
 use super::LiftedMap;
 use super::layout::{Layout, Register};
 use crate::discretise::Step;
-use crate::loop_spec::{Body, Coupling, Delay, Force, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Body, Coupling, Delay, Force, LineId, LoopSpec, Motion, Signal};
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
+    LiftedMap { matrix: lift_with_losses(spec, layout, &|_, _| false), coordinates: layout.coordinates.clone() }
+}
+
+/// The map over one pattern in which the samples of some network steps are lost: `is_lost` is asked with the step and
+/// the line. Instead of a lost sample the receiver keeps the one of the step before, lost or not, and plays that out
+/// when the lost one would have been due. Every register must remember a sample ([`Layout::with_memory`]).
+pub(crate) fn lift_with_losses(
+    spec: &LoopSpec,
+    layout: &Layout,
+    is_lost: &dyn Fn(i64, LineId) -> bool,
+) -> DMatrix<f64> {
     let program = Program::new(spec, layout);
     let mut run = Run::new(&program, layout);
+    let is_lost = |step: i64, register: usize| is_lost(step, layout.registers[register].line);
     for tick in 0..spec.schedule.ticks_per_pattern() {
-        run.tick(&program, tick as i64);
+        run.tick(&program, tick as i64, &is_lost);
     }
-    LiftedMap { matrix: run.matrix(&program, layout), coordinates: layout.coordinates.clone() }
+    run.matrix(&program, layout)
 }
 
 /// `factor` times one row.
@@ -269,13 +281,13 @@ impl Run {
         run
     }
 
-    fn tick(&mut self, program: &Program<'_>, tick: i64) {
+    fn tick(&mut self, program: &Program<'_>, tick: i64, is_lost: &dyn Fn(i64, usize) -> bool) {
         let network_step = program.schedule.step_at(tick as u64).map(|_| self.next_step);
         let another_is_held = self.play_out(program, tick);
         if let Some(step) = network_step {
             // Forces are sampled from the motions that are held now.
-            self.sample(program, step, false);
-            self.sample(program, step, true);
+            self.sample(program, step, false, is_lost);
+            self.sample(program, step, true, is_lost);
             self.next_step += 1;
         }
         if another_is_held {
@@ -297,10 +309,23 @@ impl Run {
         changed
     }
 
-    fn sample(&mut self, program: &Program<'_>, step: i64, forces: bool) {
-        for samples in program.registers.iter().filter(|samples| samples.carries_force == forces) {
+    fn sample(
+        &mut self,
+        program: &Program<'_>,
+        step: i64,
+        forces: bool,
+        is_lost: &dyn Fn(i64, usize) -> bool,
+    ) {
+        let registers = program.registers.iter().enumerate();
+        for (register, samples) in registers.filter(|(_, samples)| samples.carries_force == forces) {
+            let lost = is_lost(step, register);
             for (number, sum) in samples.numbers.iter().enumerate() {
                 let row = samples.row(step, number);
+                if lost {
+                    let kept = self.samples.row(samples.row(step - 1, number)).to_vec();
+                    self.samples.row_mut(row).copy_from_slice(&kept);
+                    continue;
+                }
                 let mut value = vec![0.0; program.columns];
                 add_current(&mut value, sum, &self.states);
                 add_held(&mut value, sum, program, &self.samples, &self.held);
