@@ -3,6 +3,7 @@
 mod grasp;
 mod link;
 mod push_wall;
+mod regions;
 mod runs;
 mod sinusoid;
 
@@ -21,7 +22,16 @@ pub(crate) struct Experiment {
 
 /// All of them, in the order of the seeds.
 pub(crate) const ALL: &[Experiment] =
-    &[link::TABLE_1_1, grasp::FIGURE_8_1, sinusoid::FIGURE_8_3, push_wall::FIGURE_8_4];
+    &[
+    link::TABLE_1_1,
+    regions::FIGURE_5_1,
+    regions::FIGURE_5_2,
+    regions::FIGURE_5_3,
+    regions::FIGURE_5_4,
+    grasp::FIGURE_8_1,
+    sinusoid::FIGURE_8_3,
+    push_wall::FIGURE_8_4,
+];
 
 /// What came of an experiment.
 #[derive(Clone, Debug)]
