@@ -64,8 +64,7 @@ fn interpolated(inside: Known, outside: Known, before: Option<Known>) -> Option<
     let within = |place: &f64| (*place - a.place) * (*place - b.place) < 0.0;
     let curved = before.filter(usable).and_then(|c| {
         let term = |one: Known, two: Known, three: Known| {
-            one.place * two.height * three.height
-                / ((one.height - two.height) * (one.height - three.height))
+            one.place * two.height * three.height / ((one.height - two.height) * (one.height - three.height))
         };
         Some(term(a, b, c) + term(b, a, c) + term(c, a, b)).filter(|place| place.is_finite())
     });

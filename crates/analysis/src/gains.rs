@@ -43,7 +43,8 @@ pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
     let loops = compile(scene);
     let acts = |gain: &Gain| {
         // A little either way, whichever is allowed.
-        let changed = [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
+        let changed =
+            [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
         changed.is_some_and(|changed| compile(&changed) != loops)
     };
     KEYS.iter()

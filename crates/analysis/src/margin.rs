@@ -104,7 +104,11 @@ fn which_is_unstable(verdict: &Stability) -> String {
     let worst = verdict.modes.iter().filter(|mode| !mode.stable);
     let worst = worst.max_by(|a, b| a.spectral_radius.total_cmp(&b.spectral_radius));
     let contacts = worst.map_or(&[][..], |mode| &mode.contacts[..]);
-    let contacts = if contacts.is_empty() { "without contact".to_owned() } else { format!("with contact {}", contacts.join(" + ")) };
+    let contacts = if contacts.is_empty() {
+        "without contact".to_owned()
+    } else {
+        format!("with contact {}", contacts.join(" + "))
+    };
     let alone = if verdict.modes.len() > 1 { format!(" ({contacts})") } else { String::new() };
     format!(
         "The scene is unstable as it is: spectral radius {:.6} a pattern{alone}. There are no margins.",

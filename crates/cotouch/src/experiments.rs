@@ -21,8 +21,7 @@ pub(crate) struct Experiment {
 }
 
 /// All of them, in the order of the seeds.
-pub(crate) const ALL: &[Experiment] =
-    &[
+pub(crate) const ALL: &[Experiment] = &[
     link::TABLE_1_1,
     regions::FIGURE_5_1,
     regions::FIGURE_5_2,

@@ -13,7 +13,10 @@ use crate::loop_spec::{Body, Coupling, Delay, Force, LineId, LoopSpec, Motion, S
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
-    LiftedMap { matrix: lift_with_losses(spec, layout, &|_, _| false), coordinates: layout.coordinates.clone() }
+    LiftedMap {
+        matrix: lift_with_losses(spec, layout, &|_, _| false),
+        coordinates: layout.coordinates.clone(),
+    }
 }
 
 /// The map over one pattern in which the samples of some network steps are lost: `is_lost` is asked with the step and

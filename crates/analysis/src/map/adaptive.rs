@@ -134,9 +134,9 @@ fn divide(
             continue;
         }
         match settled(plane, &cell) {
-            Some(verdict) => stable[cell.y.0..=cell.y.1]
-                .iter_mut()
-                .for_each(|row| row[cell.x.0..=cell.x.1].fill(verdict)),
+            Some(verdict) => {
+                stable[cell.y.0..=cell.y.1].iter_mut().for_each(|row| row[cell.x.0..=cell.x.1].fill(verdict))
+            }
             None => open.push(cell),
         }
     }
@@ -176,19 +176,15 @@ fn parts(plane: &Plane<'_>, cell: &Cell) -> Vec<Cell> {
         .fold(0.0, f64::max);
     let doubt = surprise.max(INHERITED * cell.doubt);
     let rows = spans(&halves(cell.y));
-    spans(&halves(cell.x))
-        .into_iter()
-        .flat_map(|x| rows.iter().map(move |&y| Cell { x, y, doubt }))
-        .collect()
+    spans(&halves(cell.x)).into_iter().flat_map(|x| rows.iter().map(move |&y| Cell { x, y, doubt })).collect()
 }
 
 /// What the corners of a cell say about ln ρ at a point of it.
 fn expected(plane: &Plane<'_>, cell: &Cell, point: Point) -> f64 {
     let share = |place: usize, span: Span| (place - span.0) as f64 / (span.1 - span.0).max(1) as f64;
     let (across, up) = (share(point.x, cell.x), share(point.y, cell.y));
-    let row = |y: usize| {
-        (1.0 - across) * height_at(plane, cell.x.0, y) + across * height_at(plane, cell.x.1, y)
-    };
+    let row =
+        |y: usize| (1.0 - across) * height_at(plane, cell.x.0, y) + across * height_at(plane, cell.x.1, y);
     (1.0 - up) * row(cell.y.0) + up * row(cell.y.1)
 }
 

@@ -66,7 +66,8 @@ impl Verdicts<'_> {
 
     fn cells(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let (xs, ys) = self.places();
-        let (columns, rows) = (xs.start..xs.end.max(xs.start + 1) - 1, ys.start..ys.end.max(ys.start + 1) - 1);
+        let (columns, rows) =
+            (xs.start..xs.end.max(xs.start + 1) - 1, ys.start..ys.end.max(ys.start + 1) - 1);
         rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
     }
 
@@ -167,7 +168,8 @@ mod tests {
         assert_eq!(curves.len(), 1);
         assert_eq!(curves[0].first(), curves[0].last());
         assert!(twice_area(&curves) > 0.0);
-        let hole: Vec<Vec<bool>> = stable.iter().map(|row| row.iter().map(|point| !point).collect()).collect();
+        let hole: Vec<Vec<bool>> =
+            stable.iter().map(|row| row.iter().map(|point| !point).collect()).collect();
         assert!(twice_area(&Verdicts { stable: &hole, rim: false }.curves(&|_, _| false)) < 0.0);
         // With a rim, the map's own edge is part of the outline.
         assert!(twice_area(&Verdicts { stable: &hole, rim: true }.curves(&|_, _| false)) > 0.0);

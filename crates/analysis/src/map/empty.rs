@@ -107,12 +107,17 @@ impl Map<'_> {
     fn what_would_help(&self) -> String {
         let mut changes = self.changes();
         let shares: Vec<f64> = changes.par_iter().map(|(_, scene)| self.share_of_stable(scene)).collect();
-        let mut helpful: Vec<(f64, String)> =
-            shares.into_iter().zip(changes.drain(..).map(|(name, _)| name)).filter(|(share, _)| *share > 0.0).collect();
+        let mut helpful: Vec<(f64, String)> = shares
+            .into_iter()
+            .zip(changes.drain(..).map(|(name, _)| name))
+            .filter(|(share, _)| *share > 0.0)
+            .collect();
         helpful.sort_by(|a, b| b.0.total_cmp(&a.0));
         helpful.truncate(MOST_CHANGES);
-        let told: Vec<String> =
-            helpful.iter().map(|(share, name)| format!("{:.0} % with {name}", (100.0 * share).max(1.0))).collect();
+        let told: Vec<String> = helpful
+            .iter()
+            .map(|(share, name)| format!("{:.0} % with {name}", (100.0 * share).max(1.0)))
+            .collect();
         if told.is_empty() {
             "No single change opens it: neither a shorter delay, nor twice the network rate, nor any other gain halved or doubled.".to_owned()
         } else {
@@ -184,10 +189,9 @@ fn growth_of(scene: &Scene, damper: &Gain) -> Option<f64> {
     alone.hand.stiffness_n_per_m = 0.0;
     alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
     let specs = compile(&alone).into_iter().map(|mode| without_springs(mode.spec));
-    specs.map(|spec| Some(spectral_radius(&eigenvalues(&spec.lift_shared().ok()?.matrix).ok()?))).fold(
-        Some(0.0),
-        |largest: Option<f64>, radius: Option<f64>| Some(largest?.max(radius?)),
-    )
+    specs
+        .map(|spec| Some(spectral_radius(&eigenvalues(&spec.lift_shared().ok()?.matrix).ok()?)))
+        .fold(Some(0.0), |largest: Option<f64>, radius: Option<f64>| Some(largest?.max(radius?)))
 }
 
 /// The loop without forces that depend on positions.

@@ -67,7 +67,9 @@ fn no_limit() -> String {
 }
 
 fn too_large(periods: u32) -> String {
-    format!("The delay margin was not found: with {periods} network periods the loop is too large to be analysed.")
+    format!(
+        "The delay margin was not found: with {periods} network periods the loop is too large to be analysed."
+    )
 }
 
 /// The last of `candidates` before the first that is not stable; 0 if there is none.
@@ -124,7 +126,8 @@ mod tests {
         for name in ["single-axis", "single-axis-centralized"] {
             for periods in 0..3 {
                 let scene = cotouch_scene::load(name, &[]).unwrap();
-                let with = |periods: u32| with_override(&scene, "link.delay_periods", f64::from(periods)).unwrap();
+                let with =
+                    |periods: u32| with_override(&scene, "link.delay_periods", f64::from(periods)).unwrap();
                 let radius = |spec: &LoopSpec| analyze_loop(spec).unwrap().spectral_radius;
                 let scheduled = radius(&compile(&with(periods + 1))[0].spec);
                 let shifted = radius(&later(&scene, compile(&with(periods)).remove(0).spec, 8));

@@ -25,10 +25,7 @@ const HAIR: f64 = 1e-9;
 /// Of a factor, relative.
 const ACCURACY: f64 = 1e-9;
 
-pub(super) fn margins(
-    scene: &Scene,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<Vec<GainMargin>, SweepError> {
+pub(super) fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<GainMargin>, SweepError> {
     let gains = acting_gains(scene);
     let (count, done) = (2 * gains.len(), AtomicUsize::new(0));
     let ways: Vec<(Gain, f64)> = gains.iter().flat_map(|&gain| [(gain, 1.0), (gain, -1.0)]).collect();

@@ -112,7 +112,9 @@ impl SecondMoments {
             let one = |packet: usize| lift(&|other| other == packet);
             (0..packets.len()).map(one).collect()
         } else {
-            (1..1_usize << packets.len()).map(|set| lift(&|packet| set >> packet & 1 == 1)).collect::<Vec<_>>()
+            (1..1_usize << packets.len())
+                .map(|set| lift(&|packet| set >> packet & 1 == 1))
+                .collect::<Vec<_>>()
         };
         let structure = Structure::new(spec, &layout, &whole);
         maps.insert(0, whole);
@@ -123,7 +125,10 @@ impl SecondMoments {
             Maps::Sum(maps[0].clone(), differences)
         } else {
             let lost = |set: usize| set.count_ones() as i32;
-            Maps::Each(maps.into_iter().enumerate().map(|(set, map)| (lost(set), map)).collect(), packets.len() as i32)
+            Maps::Each(
+                maps.into_iter().enumerate().map(|(set, map)| (lost(set), map)).collect(),
+                packets.len() as i32,
+            )
         };
         Ok(Ok(Self { maps, size }))
     }
@@ -136,7 +141,9 @@ impl SecondMoments {
             let verdict = self.verdict(rate)?;
             if !verdict.stable {
                 let width = rate - last.0;
-                let share = crossing(last.1, verdict, ACCURACY / width, |share| self.verdict(last.0 + share * width))?;
+                let share = crossing(last.1, verdict, ACCURACY / width, |share| {
+                    self.verdict(last.0 + share * width)
+                })?;
                 return Ok(Some(last.0 + share * width));
             }
             last = (rate, verdict);
@@ -155,9 +162,10 @@ impl SecondMoments {
         match &self.maps {
             Maps::Sum(whole, differences) => {
                 let mean = differences.iter().fold(whole.clone(), |sum, difference| sum + difference * rate);
-                let spread = differences.iter().map(through).fold(through(&mean), |sum, next| {
-                    sum + next * (rate * (1.0 - rate))
-                });
+                let spread = differences
+                    .iter()
+                    .map(through)
+                    .fold(through(&mean), |sum, next| sum + next * (rate * (1.0 - rate)));
                 spread
             }
             Maps::Each(maps, packets) => {
@@ -246,7 +254,9 @@ fn without_common(mut maps: Vec<DMatrix<f64>>, candidates: Vec<DVector<f64>>) ->
     let mut vectors: Vec<_> = candidates.iter().map(unscale).collect();
     vectors.reverse();
     while let Some(vector) = vectors.pop() {
-        let stays = |map: &DMatrix<f64>| (map * &vector - &vector).norm() <= 1e-9 * (1.0 + map.norm()) * vector.norm();
+        let stays = |map: &DMatrix<f64>| {
+            (map * &vector - &vector).norm() <= 1e-9 * (1.0 + map.norm()) * vector.norm()
+        };
         if !maps.iter().all(stays) {
             continue;
         }
@@ -318,6 +328,24 @@ mod tests {
         }
     }
 
+    #[test]
+    fn the_mean_square_grows_beyond_the_critical_loss() {
+        let mut limits = 0;
+        for spec in specs() {
+            let moments = moments(&spec);
+            // Moments of an unstable loop grow without any loss.
+            if moments.growth(0.0).unwrap() >= 1.0 {
+                continue;
+            }
+            if let Some(rate) = moments.critical_below(HIGHEST).unwrap() {
+                limits += 1;
+                assert!(moments.growth(rate * (1.0 - 1e-6)).unwrap() < 1.0, "{rate}");
+                assert!(moments.growth(rate * (1.0 + 1e-6)).unwrap() > 1.0, "{rate}");
+            }
+        }
+        assert!(limits > 0);
+    }
+
     /// Packets that a seeded generator loses, pattern after pattern: the mean of z·zᵀ is what the operator says.
     #[test]
     fn the_mean_square_is_that_of_simulated_losses() {
@@ -331,7 +359,8 @@ mod tests {
         let Maps::Each(maps, packets) = &moments.maps else { panic!("forces are sent") };
         let (rate, patterns, runs) = (0.3, 12, 20_000);
         let start = DVector::from_fn(moments.size, |i, _| if i % 3 == 0 { 1.0 } else { -0.5 });
-        let expected = (0..patterns).fold(&start * start.transpose(), |m, _| moments.after_a_pattern(rate, &m));
+        let expected =
+            (0..patterns).fold(&start * start.transpose(), |m, _| moments.after_a_pattern(rate, &m));
         let mut sum = 0.0;
         for _ in 0..runs {
             let mut state = start.clone();

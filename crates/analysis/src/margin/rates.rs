@@ -34,10 +34,7 @@ pub(super) fn margins(scene: &Scene) -> Result<Vec<RateMargin>, SweepError> {
         };
         RateMargin { key: key.to_owned(), hz, factor: hz.map(|hz| hz / present.hz()) }
     };
-    Ok(vec![
-        margin("rates.network_hz", network_hz, network),
-        margin("rates.control_hz", control_hz, control),
-    ])
+    Ok(vec![margin("rates.network_hz", network_hz, network), margin("rates.control_hz", control_hz, control)])
 }
 
 enum Lowest {

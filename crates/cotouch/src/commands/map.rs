@@ -32,7 +32,8 @@ pub(super) fn map(
     // The picture of one key is the curve of its radius.
     let needs_radius = with_radius || (y.is_none() && ending == Some("svg"));
     let progress = Progress::new("analysing");
-    let mut map = stability_map(&scene, x, y, needs_radius, &|share| progress.show(share)).map_err(failure)?;
+    let mut map =
+        stability_map(&scene, x, y, needs_radius, &|share| progress.show(share)).map_err(failure)?;
     drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     let file_text = match ending {
@@ -102,20 +103,21 @@ fn write_plane(text: &mut String, map: &StabilityMap, y: &Sweep) {
             _ if row + 1 == rows => number(ys.iter().copied().fold(f64::INFINITY, f64::min)),
             _ => String::new(),
         };
-        let line: String = (0..columns)
-            .map(|column| {
-                let across = share_of(column, columns, xs.len());
-                let block = map.stable[within.clone()].iter().flat_map(|row| &row[across.clone()]);
-                let (stable, unstable) = block.fold((0, 0), |(stable, unstable), &point| {
-                    if point { (stable + 1, unstable) } else { (stable, unstable + 1) }
-                });
-                match (stable, unstable) {
-                    (_, 0) => '#',
-                    (0, _) => '.',
-                    _ => '+',
-                }
-            })
-            .collect();
+        let line: String =
+            (0..columns)
+                .map(|column| {
+                    let across = share_of(column, columns, xs.len());
+                    let block = map.stable[within.clone()].iter().flat_map(|row| &row[across.clone()]);
+                    let (stable, unstable) = block.fold((0, 0), |(stable, unstable), &point| {
+                        if point { (stable + 1, unstable) } else { (stable, unstable + 1) }
+                    });
+                    match (stable, unstable) {
+                        (_, 0) => '#',
+                        (0, _) => '.',
+                        _ => '+',
+                    }
+                })
+                .collect();
         let _ = writeln!(text, "{label:>12} |{line}");
     }
     let (first, last) = (number(xs[0]), number(xs[xs.len() - 1]));
@@ -204,7 +206,10 @@ mod tests {
         let text = text("title", &map);
         let rows: Vec<&str> = text.lines().filter(|line| line.contains('|')).collect();
         assert_eq!(rows.len(), 5);
-        assert!(rows[0].trim_start().starts_with("8100") && rows[4].trim_start().starts_with("100"), "{text}");
+        assert!(
+            rows[0].trim_start().starts_with("8100") && rows[4].trim_start().starts_with("100"),
+            "{text}"
+        );
         let row = |index: usize| -> String {
             map.stable[index].iter().map(|&stable| if stable { '#' } else { '.' }).collect()
         };

@@ -35,10 +35,18 @@ fn text(title: &str, margins: &Margins) -> String {
             let hz = rate.hz.map(|hz| format!("{hz:.4} Hz"));
             let _ = writeln!(text, "and down to {:<18} {}", rate.key, hz.unwrap_or_else(none));
         }
-        let _ = writeln!(text, "\n{:<58} {:>10} {:>12} {:>12}", "gain, multiplied alone", "value", "down to", "up to");
+        let _ = writeln!(
+            text,
+            "\n{:<58} {:>10} {:>12} {:>12}",
+            "gain, multiplied alone", "value", "down to", "up to"
+        );
     }
     for GainMargin { key, value, factor, lower_factor } in &margins.gains {
-        let times = |factor: &Option<f64>| factor.map_or_else(none, |factor| format!("× {factor:.5}"));
+        let times = |factor: &Option<f64>| match *factor {
+            None => none(),
+            Some(0.0) => "above 0".to_owned(),
+            Some(factor) => format!("× {factor:.5}"),
+        };
         let _ = writeln!(text, "{key:<58} {value:>10} {:>12} {:>12}", times(lower_factor), times(factor));
     }
     for note in &margins.notes {

@@ -82,7 +82,7 @@ pub(crate) fn frame(x: &Sweep, y: &Sweep) -> Series {
     };
     let ((left, right), (low, high)) = (ends(x), ends(y));
     let corners = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
-    Series::dashed("", FRAME, corners)
+    Series::solid("", FRAME, corners)
 }
 
 /// Closed curves as one that goes from each to the next and back again: filled by its winding number, as SVG does, holes
@@ -144,9 +144,13 @@ mod tests {
         let mut hole = square(3.0, 3.0, 2.0);
         hole.reverse();
         let polygon = joined(&[square(0.0, 0.0, 10.0), hole, square(20.0, 1.0, 3.0)]);
-        for (point, inside) in
-            [((1.0, 1.0), true), ((4.0, 4.1), false), ((21.0, 2.0), true), ((15.0, 2.0), false), ((15.0, 9.0), false)]
-        {
+        for (point, inside) in [
+            ((1.0, 1.0), true),
+            ((4.0, 4.1), false),
+            ((21.0, 2.0), true),
+            ((15.0, 2.0), false),
+            ((15.0, 9.0), false),
+        ] {
             assert_eq!(winding(&polygon, point) != 0, inside, "{point:?}");
         }
     }
