@@ -58,5 +58,6 @@ pub mod operating_point;
 mod rigid;
 pub mod stability;
 pub mod sweep;
+mod symmetry;
 pub mod transparency;
 mod warnings;

@@ -28,7 +28,7 @@ use pivots::Part;
 use ties::Ties;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Structure {
     /// Translation of each part as a whole, each with its uniform motion behind it: the rigid-body poles.
     pub(crate) rigid: Vec<DVector<f64>>,
@@ -67,6 +67,30 @@ impl Structure {
         }
         structure
     }
+}
+
+/// Whether nothing of the members of a group can be moved and stay, without a force, but together with the same of all
+/// members. `members` are their bodies, corresponding ones at the same place.
+pub(crate) fn translates_only_with(spec: &LoopSpec, members: &[Vec<usize>]) -> bool {
+    let period_s = spec.schedule.control().period_s();
+    let coasting: Vec<_> = spec.bodies.iter().map(|body| coasting(body, period_s)).collect();
+    let mut axes: Vec<Dof> = spec.bodies.iter().flat_map(|body| body.axes).copied().collect();
+    axes.sort_unstable();
+    axes.dedup();
+    let parts = Ties::parts(spec);
+    axes.into_iter().all(|axis| {
+        let ties = Ties::along(spec, axis, &coasting);
+        let number_of_members = members.first().map_or(0, Vec::len);
+        let fixed = |body: &usize| ties.is_grounded(*body);
+        (0..number_of_members).all(|place| {
+            let alike = members.iter().map(|bodies| bodies[place]);
+            alike.clone().all(|body| fixed(&body))
+                || alike
+                    .clone()
+                    .zip(alike.skip(1))
+                    .all(|(one, other)| ties.of(one) == ties.of(other) && parts.of(one) == parts.of(other))
+        })
+    })
 }
 
 /// One degree of freedom, of all bodies that have it.

@@ -13,6 +13,7 @@ use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
 use crate::loop_spec::LoopSpec;
 use crate::rigid::Structure;
+use crate::symmetry::{Share, split};
 use crate::warnings::warnings;
 
 /// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
@@ -154,32 +155,93 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 /// # Errors
 /// When the description is inconsistent, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
+    judge(spec, true)
+}
+
+/// The same; without a look for the axis if that is not wanted.
+pub(crate) fn judge(spec: &LoopSpec, with_axis: bool) -> Result<LoopStability, AnalysisError> {
+    check_size(spec)?;
+    let poles = split(spec).into_iter().map(|share| poles(&share, with_axis));
+    let Some(shares) = poles.collect::<Result<Option<Vec<_>>, _>>()? else { return Ok(outgrown()) };
+    Ok(together(shares))
+}
+
+/// Whether a loop can be analysed.
+pub(crate) fn check_size(spec: &LoopSpec) -> Result<(), AnalysisError> {
     check(spec)?;
     let layout = Layout::new(spec, Registers::Shared);
     let (states, ticks) = (layout.coordinates.len(), spec.schedule.ticks_per_pattern());
     if (states * states) as f64 * ticks as f64 > MOST_WORK {
         return Err(AnalysisError::TooLarge { states, ticks });
     }
+    Ok(())
+}
+
+/// The eigenvalues of one share of a loop.
+struct Poles {
+    eigenvalues: Vec<Complex<f64>>,
+    copies: usize,
+    rigid: usize,
+    dragged: usize,
+    loose: usize,
+    axis: Option<&'static str>,
+}
+
+/// Nothing where the state outgrows floating point.
+fn poles(share: &Share, with_axis: bool) -> Result<Option<Poles>, EigenvalueError> {
+    let spec = &share.spec;
+    let layout = Layout::new(spec, Registers::Shared);
     let matrix = stepping::lift(spec, &layout).matrix;
-    if matrix.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH) {
-        return Ok(outgrown());
+    if has_outgrown(&matrix) {
+        return Ok(None);
     }
-    let structure = Structure::new(spec, &layout, &matrix);
-    let (rigid_body_poles, loose_parts) = (structure.rigid.len() as u8, structure.loose.len());
-    let Remaining { mut eigenvalues, dominant } = remaining_eigenvalues(spec, &layout, matrix, &structure)?;
-    let drag_pole = (structure.dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
+    let structure = structure(share, &layout, &matrix);
+    let (rigid, dragged, loose) = (structure.rigid.len(), structure.dragged, structure.loose.len());
+    let Remaining { eigenvalues, dominant } = if with_axis {
+        remaining_eigenvalues(spec, &layout, matrix, &structure)?
+    } else {
+        Remaining { eigenvalues: poles_of(matrix, &structure)?, dominant: None }
+    };
+    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, axis: dominant }))
+}
+
+/// What of a share's map is 1 by structure.
+pub(crate) fn structure(share: &Share, layout: &Layout, map: &DMatrix<f64>) -> Structure {
+    if share.opposed { Structure::default() } else { Structure::new(&share.spec, layout, map) }
+}
+
+pub(crate) fn has_outgrown(map: &DMatrix<f64>) -> bool {
+    map.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH)
+}
+
+fn together(shares: Vec<Poles>) -> LoopStability {
+    let radius = |share: &Poles| eigenvalues::spectral_radius(&share.eigenvalues);
+    let axis = shares.iter().max_by(|one, other| radius(one).total_cmp(&radius(other)));
+    let axis = axis.and_then(|share| share.axis);
+    let sum = |count: fn(&Poles) -> usize| shares.iter().map(count).sum::<usize>();
+    let (rigid, dragged, loose_parts) =
+        (sum(|share| share.rigid), sum(|share| share.dragged), sum(|share| share.loose));
+    let mut eigenvalues = Vec::new();
+    for share in shares {
+        (0..share.copies).for_each(|_| eigenvalues.extend_from_slice(&share.eigenvalues));
+    }
+    let drag_pole = (dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
     eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
     let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
-    let stable = loose_parts == 0 && spectral_radius < 1.0 + NEUTRAL;
-    Ok(LoopStability {
+    LoopStability {
         spectral_radius,
-        stable,
-        rigid_body_poles,
+        stable: is_stable(spectral_radius, loose_parts),
+        rigid_body_poles: rigid as u8,
         drag_pole,
         loose_parts,
-        axis: dominant,
+        axis,
         eigenvalues,
-    })
+    }
+}
+
+/// The verdict on a loop.
+pub(crate) fn is_stable(spectral_radius: f64, loose_parts: usize) -> bool {
+    loose_parts == 0 && spectral_radius < 1.0 + NEUTRAL
 }
 
 /// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
@@ -211,8 +273,35 @@ fn remaining_eigenvalues(
     let scales = balance(&mut matrix);
     let only_axis = dominant_axis(spec);
     let balanced = matches!(only_axis, Dominant::Among).then(|| matrix.clone());
+    let eigenvalues = eigenvalues_of_rest(matrix, &scales, structure)?;
+    let dominant = match (only_axis, balanced) {
+        (Dominant::Only(axis), _) => Some(axis),
+        (Dominant::Among, Some(balanced)) => {
+            crate::dominant::axis_of_largest(spec, layout, &balanced, &scales, &eigenvalues)
+        }
+        (Dominant::Among, None) => None,
+    };
+    Ok(Remaining { eigenvalues, dominant })
+}
+
+/// The eigenvalues of a map that do not follow from structure.
+pub(crate) fn poles_of(
+    mut map: DMatrix<f64>,
+    structure: &Structure,
+) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let scales = balance(&mut map);
+    eigenvalues_of_rest(map, &scales, structure)
+}
+
+/// Of a map that was balanced with `scales`.
+fn eigenvalues_of_rest(
+    mut matrix: DMatrix<f64>,
+    scales: &[f64],
+    structure: &Structure,
+) -> Result<Vec<Complex<f64>>, EigenvalueError> {
     let unscale = |vector: &DVector<f64>| DVector::from_fn(vector.len(), |i, _| vector[i] / scales[i]);
     let mut vectors: Vec<_> = structure.rigid.iter().chain(&structure.loose).map(unscale).collect();
+    let deflated = !vectors.is_empty();
     vectors.reverse();
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
@@ -226,17 +315,11 @@ fn remaining_eigenvalues(
             *later = reflection.deflate_vector(later);
         }
     }
-    balance(&mut matrix);
+    if deflated {
+        balance(&mut matrix);
+    }
     eigenvalues::check(&matrix)?;
-    let eigenvalues = of_balanced(&matrix)?;
-    let dominant = match (only_axis, balanced) {
-        (Dominant::Only(axis), _) => Some(axis),
-        (Dominant::Among, Some(balanced)) => {
-            crate::dominant::axis_of_largest(spec, layout, &balanced, &scales, &eigenvalues)
-        }
-        (Dominant::Among, None) => None,
-    };
-    Ok(Remaining { eigenvalues, dominant })
+    of_balanced(&matrix)
 }
 
 /// Whether `A·v = v`, to rounding.
@@ -253,3 +336,6 @@ fn period_s(spec: &LoopSpec) -> f64 {
     let control = spec.schedule.control();
     spec.schedule.ticks_per_pattern() as f64 * control.denominator() as f64 / control.numerator() as f64
 }
+
+#[cfg(test)]
+mod tests;

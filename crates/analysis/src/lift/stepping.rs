@@ -3,20 +3,20 @@
 //! Each number of the state is a row: its dependence on the state at the start of the pattern. A tick is a handful of
 //! sums of rows. Forces from held samples are summed again only when another sample is held.
 
+use std::ops::Range;
+
 use cotouch_scene::time::Schedule;
 use nalgebra::DMatrix;
 
 use super::LiftedMap;
-use super::layout::{Layout, Register};
+use super::layout::Layout;
 use crate::discretise::Step;
 use crate::loop_spec::{Body, Coupling, Delay, Force, LineId, LoopSpec, Motion, Signal};
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
-    LiftedMap {
-        matrix: lift_with_losses(spec, layout, &|_, _| false),
-        coordinates: layout.coordinates.clone(),
-    }
+    let matrix = Run::default().pattern(&Program::new(spec, layout));
+    LiftedMap { matrix, coordinates: layout.coordinates.clone() }
 }
 
 /// The map over one pattern in which the samples of some network steps are lost: `is_lost` is asked with the step and
@@ -28,16 +28,17 @@ pub(crate) fn lift_with_losses(
     is_lost: &dyn Fn(i64, LineId) -> bool,
 ) -> DMatrix<f64> {
     let program = Program::new(spec, layout);
-    let mut run = Run::new(&program, layout);
-    let is_lost = |step: i64, register: usize| is_lost(step, layout.registers[register].line);
-    for tick in 0..spec.schedule.ticks_per_pattern() {
-        run.tick(&program, tick as i64, &is_lost);
-    }
-    run.matrix(&program, layout)
+    let registers = || layout.registers.iter().map(|register| register.line).enumerate();
+    let steps = 0..program.timetable.network_steps;
+    let lost = steps
+        .flat_map(|step| registers().map(move |(register, line)| (step, register, line)))
+        .filter_map(|(step, register, line)| is_lost(step, line).then_some((step, register)));
+    let mut run = Run { lost: lost.collect(), ..Run::default() };
+    run.pattern(&program)
 }
 
 /// `factor` times one row.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Weighted<Row> {
     row: Row,
     factor: f64,
@@ -53,15 +54,16 @@ struct HeldNumber {
 }
 
 /// A sum over current states and held samples.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 struct Sum {
     current: Vec<Weighted<usize>>,
     held: Vec<Weighted<HeldNumber>>,
 }
 
-/// What a tick does, with every name resolved to a place.
-struct Program<'a> {
-    schedule: &'a Schedule,
+/// What a pattern does, with every name resolved to a place.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Program {
+    timetable: Timetable,
     delays: Vec<Delay>,
     bodies: Vec<Placed>,
     steps: Vec<Step>,
@@ -72,8 +74,45 @@ struct Program<'a> {
     columns: usize,
 }
 
+/// When samples are taken and used.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Timetable {
+    ticks: Vec<Tick>,
+    /// Which delay holds another sample, and of which network step.
+    changes: Vec<(usize, i64)>,
+    network_steps: i64,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+struct Tick {
+    network_step: Option<i64>,
+    changes: Range<usize>,
+}
+
+impl Timetable {
+    fn new(schedule: &Schedule, delays: &[Delay]) -> Self {
+        let mut timetable = Self::default();
+        // The tick from which the next sample is used.
+        let mut until = vec![i64::MIN; delays.len()];
+        for tick in 0..schedule.ticks_per_pattern() {
+            let first = timetable.changes.len();
+            for (index, (delay, until)) in delays.iter().zip(&mut until).enumerate() {
+                if *until <= tick as i64 {
+                    let step = delay.step_held_at(schedule, tick as i64);
+                    *until = delay.tick_of_use(schedule, step + 1);
+                    timetable.changes.push((index, step));
+                }
+            }
+            let network_step = schedule.step_at(tick).map(|_| timetable.network_steps);
+            timetable.network_steps += i64::from(network_step.is_some());
+            timetable.ticks.push(Tick { network_step, changes: first..timetable.changes.len() });
+        }
+        timetable
+    }
+}
+
 /// Where a body's numbers lie.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Placed {
     /// Its first state.
     state: usize,
@@ -84,6 +123,7 @@ struct Placed {
 }
 
 /// A register: what its numbers are, and where its ring of samples lies.
+#[derive(Clone, Debug, PartialEq)]
 struct Samples {
     numbers: Vec<Sum>,
     carries_force: bool,
@@ -91,6 +131,8 @@ struct Samples {
     ring: usize,
     /// The ring's first row among all sample rows.
     first: usize,
+    /// Place of its first number in the state.
+    place: usize,
 }
 
 impl Samples {
@@ -99,10 +141,10 @@ impl Samples {
     }
 }
 
-impl<'a> Program<'a> {
-    fn new(spec: &'a LoopSpec, layout: &Layout) -> Self {
+impl Program {
+    pub(crate) fn new(spec: &LoopSpec, layout: &Layout) -> Self {
         let mut program = Self {
-            schedule: &spec.schedule,
+            timetable: Timetable::default(),
             delays: Vec::new(),
             bodies: Vec::new(),
             steps: Vec::new(),
@@ -117,7 +159,50 @@ impl<'a> Program<'a> {
         program.add_bodies(spec, layout);
         program.add_forces(spec, layout);
         program.add_registers(spec, layout);
+        program.timetable = Timetable::new(&spec.schedule, &program.delays);
         program
+    }
+
+    /// Every factor in a sum, in an order that depends on nothing but which there are.
+    pub(crate) fn factors(&mut self) -> impl Iterator<Item = &mut f64> {
+        let of_registers = self.registers.iter_mut().flat_map(|samples| &mut samples.numbers);
+        self.forces.iter_mut().chain(of_registers).flat_map(|sum| {
+            let current = sum.current.iter_mut().map(|term| &mut term.factor);
+            current.chain(sum.held.iter_mut().map(|term| &mut term.factor))
+        })
+    }
+
+    /// Sets factors by their places; `values` are given by theirs.
+    pub(crate) fn set_factors(&mut self, places: &[(usize, usize)], values: &[f64]) {
+        let mut places = places.iter();
+        let Some(&first) = places.next() else { return };
+        let mut next = first;
+        for (place, factor) in self.factors().enumerate() {
+            if place == next.0 {
+                *factor = values[next.1];
+                let Some(&after) = places.next() else { return };
+                next = after;
+            }
+        }
+    }
+
+    /// Whether two programs differ in nothing but factors and steps.
+    pub(crate) fn has_the_places_of(&self, other: &Self) -> bool {
+        let blank = |program: &Self| {
+            let mut program = program.clone();
+            program.factors().for_each(|factor| *factor = 1.0);
+            program.steps.clear();
+            program
+        };
+        self.steps.len() == other.steps.len() && blank(self) == blank(other)
+    }
+
+    /// How each kind of body steps, for the first body of the kind.
+    pub(crate) fn steps(&mut self) -> impl Iterator<Item = (usize, &mut Step)> {
+        let bodies = &self.bodies;
+        self.steps.iter_mut().enumerate().filter_map(|(kind, step)| {
+            bodies.iter().position(|body| body.step == kind).map(|body| (body, step))
+        })
     }
 
     fn add_bodies(&mut self, spec: &LoopSpec, layout: &Layout) {
@@ -175,7 +260,8 @@ impl<'a> Program<'a> {
                 Signal::Force(coupling) => self.add_coupling(&mut numbers, spec, layout, coupling),
             }
             let carries_force = matches!(signal, Signal::Force(_));
-            let samples = Samples { numbers, carries_force, ring: register.length as usize + 1, first };
+            let (ring, place) = (register.length as usize + 1, register.first);
+            let samples = Samples { numbers, carries_force, ring, first, place };
             first += samples.ring * samples.numbers.len();
             self.registers.push(samples);
         }
@@ -228,14 +314,17 @@ fn merge<Row: Ord + Copy>(terms: &mut Vec<Weighted<Row>>) {
 }
 
 /// Rows of equal length.
+#[derive(Debug, Default)]
 struct Rows {
     data: Vec<f64>,
     columns: usize,
 }
 
 impl Rows {
-    fn zeros(rows: usize, columns: usize) -> Self {
-        Self { data: vec![0.0; rows * columns], columns }
+    fn clear(&mut self, rows: usize, columns: usize) {
+        self.columns = columns;
+        self.data.clear();
+        self.data.resize(rows * columns, 0.0);
     }
 
     fn row(&self, index: usize) -> &[f64] {
@@ -247,97 +336,89 @@ impl Rows {
     }
 }
 
-/// The rows, part way through a pattern.
-struct Run {
+/// The rows, part way through a pattern. Can be used again, which saves the allocations.
+#[derive(Debug, Default)]
+pub(crate) struct Run {
     states: Rows,
     next_states: Rows,
     samples: Rows,
     /// The components of the force on each body; the part of it that comes from held samples.
     forces: Rows,
     held_forces: Rows,
-    /// For each delay: the step whose sample is held, and the tick from which the next one is.
-    held: Vec<(i64, i64)>,
-    next_step: i64,
+    /// A sample that is being taken.
+    taken: Vec<f64>,
+    /// Network steps and registers whose samples are lost.
+    lost: Vec<(i64, usize)>,
+    /// For each delay: the step whose sample is held.
+    held: Vec<i64>,
 }
 
 impl Run {
-    fn new(program: &Program<'_>, layout: &Layout) -> Self {
-        let columns = program.columns;
-        let sample_rows = program.registers.iter().map(|samples| samples.ring * samples.numbers.len()).sum();
-        let mut run = Self {
-            states: Rows::zeros(program.states, columns),
-            next_states: Rows::zeros(program.states, columns),
-            samples: Rows::zeros(sample_rows, columns),
-            forces: Rows::zeros(program.forces.len(), columns),
-            held_forces: Rows::zeros(program.forces.len(), columns),
-            held: program.delays.iter().map(|_| (i64::MIN, i64::MIN)).collect(),
-            next_step: 0,
-        };
-        for state in 0..program.states {
-            run.states.row_mut(state)[state] = 1.0;
+    /// The map over one pattern.
+    pub(crate) fn pattern(&mut self, program: &Program) -> DMatrix<f64> {
+        self.start(program);
+        for tick in &program.timetable.ticks {
+            self.tick(program, tick);
         }
-        for (samples, register) in program.registers.iter().zip(&layout.registers) {
-            for (place, row) in numbers_of_state(samples, register, 0) {
-                run.samples.row_mut(row)[place] = 1.0;
-            }
-        }
-        run
+        self.matrix(program)
     }
 
-    fn tick(&mut self, program: &Program<'_>, tick: i64, is_lost: &dyn Fn(i64, usize) -> bool) {
-        let network_step = program.schedule.step_at(tick as u64).map(|_| self.next_step);
-        let another_is_held = self.play_out(program, tick);
-        if let Some(step) = network_step {
-            // Forces are sampled from the motions that are held now.
-            self.sample(program, step, false, is_lost);
-            self.sample(program, step, true, is_lost);
-            self.next_step += 1;
+    fn start(&mut self, program: &Program) {
+        let columns = program.columns;
+        let sample_rows = program.registers.iter().map(|samples| samples.ring * samples.numbers.len()).sum();
+        self.states.clear(program.states, columns);
+        self.next_states.clear(program.states, columns);
+        self.samples.clear(sample_rows, columns);
+        self.forces.clear(program.forces.len(), columns);
+        self.held_forces.clear(program.forces.len(), columns);
+        self.held.clear();
+        self.held.resize(program.delays.len(), i64::MIN);
+        for state in 0..program.states {
+            self.states.row_mut(state)[state] = 1.0;
         }
-        if another_is_held {
+        for samples in &program.registers {
+            for (place, row) in numbers_of_state(samples, 0) {
+                self.samples.row_mut(row)[place] = 1.0;
+            }
+        }
+    }
+
+    fn tick(&mut self, program: &Program, tick: &Tick) {
+        let changes = &program.timetable.changes[tick.changes.clone()];
+        for &(delay, step) in changes {
+            self.held[delay] = step;
+        }
+        if let Some(step) = tick.network_step {
+            // Forces are sampled from the motions that are held now.
+            self.sample(program, step, false);
+            self.sample(program, step, true);
+        }
+        if !changes.is_empty() {
             self.sum_held_forces(program);
         }
         self.step_bodies(program);
     }
 
-    /// Whether any delay now holds another sample.
-    fn play_out(&mut self, program: &Program<'_>, tick: i64) -> bool {
-        let mut changed = false;
-        for (held, delay) in self.held.iter_mut().zip(&program.delays) {
-            if held.1 <= tick {
-                let step = delay.step_held_at(program.schedule, tick);
-                *held = (step, delay.tick_of_use(program.schedule, step + 1));
-                changed = true;
-            }
-        }
-        changed
-    }
-
-    fn sample(
-        &mut self,
-        program: &Program<'_>,
-        step: i64,
-        forces: bool,
-        is_lost: &dyn Fn(i64, usize) -> bool,
-    ) {
+    fn sample(&mut self, program: &Program, step: i64, forces: bool) {
         let registers = program.registers.iter().enumerate();
         for (register, samples) in registers.filter(|(_, samples)| samples.carries_force == forces) {
-            let lost = is_lost(step, register);
+            let is_lost = self.lost.contains(&(step, register));
             for (number, sum) in samples.numbers.iter().enumerate() {
-                let row = samples.row(step, number);
-                if lost {
-                    let kept = self.samples.row(samples.row(step - 1, number)).to_vec();
-                    self.samples.row_mut(row).copy_from_slice(&kept);
+                self.taken.clear();
+                if is_lost {
+                    self.taken.extend_from_slice(self.samples.row(samples.row(step - 1, number)));
+                    self.samples.row_mut(samples.row(step, number)).copy_from_slice(&self.taken);
                     continue;
                 }
-                let mut value = vec![0.0; program.columns];
-                add_current(&mut value, sum, &self.states);
-                add_held(&mut value, sum, program, &self.samples, &self.held);
-                self.samples.row_mut(row).copy_from_slice(&value);
+                self.taken.resize(program.columns, 0.0);
+                add_current(&mut self.taken, sum, &self.states);
+                add_held(&mut self.taken, sum, program, &self.samples, &self.held);
+                self.samples.row_mut(samples.row(step, number)).copy_from_slice(&self.taken);
             }
         }
     }
 
-    fn sum_held_forces(&mut self, program: &Program<'_>) {
+    fn sum_held_forces(&mut self, program: &Program) {
         for (component, sum) in program.forces.iter().enumerate() {
             let force = self.held_forces.row_mut(component);
             force.fill(0.0);
@@ -345,7 +426,7 @@ impl Run {
         }
     }
 
-    fn step_bodies(&mut self, program: &Program<'_>) {
+    fn step_bodies(&mut self, program: &Program) {
         self.forces.data.copy_from_slice(&self.held_forces.data);
         for (component, sum) in program.forces.iter().enumerate() {
             add_current(self.forces.row_mut(component), sum, &self.states);
@@ -367,19 +448,19 @@ impl Run {
         std::mem::swap(&mut self.states, &mut self.next_states);
     }
 
-    fn matrix(&self, program: &Program<'_>, layout: &Layout) -> DMatrix<f64> {
+    fn matrix(&self, program: &Program) -> DMatrix<f64> {
         let columns = program.columns;
         let mut matrix = DMatrix::zeros(columns, columns);
         let mut set = |place: usize, row: &[f64]| {
-            for (column, &value) in row.iter().enumerate() {
-                matrix[(place, column)] = value;
+            for (element, &value) in matrix.as_mut_slice()[place..].iter_mut().step_by(columns).zip(row) {
+                *element = value;
             }
         };
         for state in 0..program.states {
             set(state, self.states.row(state));
         }
-        for (samples, register) in program.registers.iter().zip(&layout.registers) {
-            for (place, row) in numbers_of_state(samples, register, self.next_step) {
+        for samples in &program.registers {
+            for (place, row) in numbers_of_state(samples, program.timetable.network_steps) {
                 set(place, self.samples.row(row));
             }
         }
@@ -388,14 +469,11 @@ impl Run {
 }
 
 /// Place in the state and row in the ring of every number of a register, just before network step `step`.
-fn numbers_of_state<'a>(
-    samples: &'a Samples,
-    register: &'a Register,
-    step: i64,
-) -> impl Iterator<Item = (usize, usize)> + 'a {
-    (1..=register.length).flat_map(move |age| {
+fn numbers_of_state(samples: &Samples, step: i64) -> impl Iterator<Item = (usize, usize)> {
+    (1..samples.ring).flat_map(move |age| {
+        let first = samples.place + (age - 1) * samples.numbers.len();
         let numbers = 0..samples.numbers.len();
-        numbers.map(move |number| (register.place(age) + number, samples.row(step - i64::from(age), number)))
+        numbers.map(move |number| (first + number, samples.row(step - age as i64, number)))
     })
 }
 
@@ -405,10 +483,9 @@ fn add_current(target: &mut [f64], sum: &Sum, states: &Rows) {
     }
 }
 
-fn add_held(target: &mut [f64], sum: &Sum, program: &Program<'_>, samples: &Rows, held: &[(i64, i64)]) {
+fn add_held(target: &mut [f64], sum: &Sum, program: &Program, samples: &Rows, held: &[i64]) {
     for Weighted { row, factor } in &sum.held {
-        let (step, _) = held[row.delay];
-        add(target, *factor, samples.row(program.registers[row.register].row(step, row.number)));
+        add(target, *factor, samples.row(program.registers[row.register].row(held[row.delay], row.number)));
     }
 }
 

@@ -20,7 +20,7 @@ const LOOKS: usize = 12;
 /// So many changes are told of.
 const MOST_CHANGES: usize = 3;
 /// What grows by less than this a pattern is not said to grow.
-const GROWTH: f64 = 1e-6;
+const GROWTH: f64 = 1e-4;
 
 /// One or two plain sentences.
 pub(super) fn reason(scene: &Scene, x: &Sweep, y: Option<&Sweep>) -> Result<String, SweepError> {
@@ -41,7 +41,9 @@ impl Map<'_> {
     /// The damper that is unstable without any spring and any other damper, all over the map.
     fn damper_alone(&self) -> Result<Option<String>, SweepError> {
         let corners = self.corners()?;
-        let dampers = acting_gains(self.scene).into_iter().filter(|gain| gain.key.contains("damping"));
+        let dampers = acting_gains(self.scene)
+            .into_iter()
+            .filter(|gain| gain.key.contains("damping") && gain.value > 0.0);
         for damper in dampers.filter(|damper| !self.is_swept(damper.key)) {
             let growths: Vec<f64> = corners.iter().filter_map(|corner| growth_of(corner, &damper)).collect();
             let least = growths.iter().copied().fold(f64::INFINITY, f64::min);
@@ -54,7 +56,7 @@ impl Map<'_> {
 
     fn sentence(&self, damper: &Gain, growth: f64) -> String {
         let alone = format!(
-            "No point is stable: {} = {} acts on held samples, and alone, without any spring, lets motions grow {growth:.3}-fold a pattern",
+            "No point is stable: {} = {} is too much damping for samples that are held so long: alone, without any spring, it lets motions grow {growth:.3}-fold a pattern",
             damper.key, damper.value
         );
         match self.limit_of_held_damper(damper) {
@@ -188,10 +190,10 @@ fn growth_of(scene: &Scene, damper: &Gain) -> Option<f64> {
     }
     alone.hand.stiffness_n_per_m = 0.0;
     alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
-    let specs = compile(&alone).into_iter().map(|mode| without_springs(mode.spec));
-    specs
-        .map(|spec| Some(spectral_radius(&eigenvalues(&spec.lift_shared().ok()?.matrix).ok()?)))
-        .fold(Some(0.0), |largest: Option<f64>, radius: Option<f64>| Some(largest?.max(radius?)))
+    compile(&alone).into_iter().try_fold(0.0_f64, |largest, mode| {
+        let map = without_springs(mode.spec).lift_shared().ok()?.matrix;
+        Some(largest.max(spectral_radius(&eigenvalues(&map).ok()?)))
+    })
 }
 
 /// The loop without forces that depend on positions.

@@ -162,11 +162,8 @@ impl SecondMoments {
         match &self.maps {
             Maps::Sum(whole, differences) => {
                 let mean = differences.iter().fold(whole.clone(), |sum, difference| sum + difference * rate);
-                let spread = differences
-                    .iter()
-                    .map(through)
-                    .fold(through(&mean), |sum, next| sum + next * (rate * (1.0 - rate)));
-                spread
+                let spread = differences.iter().map(through);
+                spread.fold(through(&mean), |sum, next| sum + next * (rate * (1.0 - rate)))
             }
             Maps::Each(maps, packets) => {
                 let chance = |lost: i32| rate.powi(lost) * (1.0 - rate).powi(packets - lost);

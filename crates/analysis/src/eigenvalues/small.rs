@@ -1,0 +1,377 @@
+//! Eigenvalues of small matrices: Householder's Hessenberg form and Francis's double-shift QR.
+//!
+//! A sweep asks for the eigenvalues of thousands of matrices of 8 to 32 rows, for which the set-up of a general library
+//! costs more than the numbers (measured: `cargo bench -p cotouch-analysis --bench map`, group "eigenvalues"). This is
+//! the algorithm of EISPACK's `hqr` (Martin, Peters & Wilkinson 1970; Wilkinson & Reinsch, Handbook for Automatic
+//! Computation II/14) without vectors, with an exceptional shift every tenth iteration. It gives up after a fixed number
+//! of iterations.
+
+use nalgebra::{Complex, DMatrix};
+
+/// Iterations for one eigenvalue or pair; three or four is usual.
+const MOST_ITERATIONS: usize = 60;
+const EXCEPTIONAL: usize = 10;
+
+/// All eigenvalues of a square matrix; `None` where the iteration did not converge or overflowed.
+pub(super) fn eigenvalues(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let size = matrix.nrows();
+    // The transpose, because nalgebra stores columns: its eigenvalues are the same.
+    let mut work = Square { elements: matrix.as_slice().to_vec(), size };
+    work.to_hessenberg();
+    let mut values = Vec::with_capacity(size);
+    let mut rest = size;
+    let mut shift = 0.0;
+    let norm: f64 = work.elements.iter().map(|value| value.abs()).sum();
+    while rest > 0 {
+        rest -= work.split_off(rest, norm, &mut shift, &mut values)?;
+    }
+    let all_finite = values.iter().all(|value: &Complex<f64>| value.re.is_finite() && value.im.is_finite());
+    all_finite.then_some(values)
+}
+
+/// A square matrix, row by row.
+struct Square {
+    elements: Vec<f64>,
+    size: usize,
+}
+
+impl Square {
+    fn at(&self, row: usize, column: usize) -> f64 {
+        self.elements[row * self.size + column]
+    }
+
+    fn at_mut(&mut self, row: usize, column: usize) -> &mut f64 {
+        &mut self.elements[row * self.size + column]
+    }
+
+    /// By reflections, one for each column; what lies below the subdiagonal is 0 afterwards.
+    fn to_hessenberg(&mut self) {
+        let size = self.size;
+        let mut normal = vec![0.0; size];
+        let mut along = vec![0.0; size];
+        for column in 0..size.saturating_sub(2) {
+            let first = column + 1;
+            let below: f64 = (first + 1..size).map(|row| self.at(row, column).abs()).sum();
+            if below == 0.0 {
+                continue;
+            }
+            let scale = below + self.at(first, column).abs();
+            let mut square = 0.0;
+            for row in first..size {
+                normal[row] = self.at(row, column) / scale;
+                square += normal[row] * normal[row];
+            }
+            let length = square.sqrt().copysign(normal[first]);
+            // H = I − n·nᵀ/half, with half = nᵀ·n/2.
+            let half = square + normal[first] * length;
+            normal[first] += length;
+            along[column..].fill(0.0);
+            for row in first..size {
+                let (factor, elements) = (normal[row], &self.elements[row * size + column..(row + 1) * size]);
+                for (sum, element) in along[column..].iter_mut().zip(elements) {
+                    *sum += factor * element;
+                }
+            }
+            for row in first..size {
+                let factor = normal[row] / half;
+                let elements = &mut self.elements[row * size + column..(row + 1) * size];
+                for (element, sum) in elements.iter_mut().zip(&along[column..]) {
+                    *element -= factor * sum;
+                }
+            }
+            for row in self.elements.chunks_exact_mut(size) {
+                let (row, normal) = (&mut row[first..], &normal[first..]);
+                let sum: f64 = row.iter().zip(normal).map(|(element, n)| element * n).sum();
+                let factor = sum / half;
+                for (element, n) in row.iter_mut().zip(normal) {
+                    *element -= factor * n;
+                }
+            }
+            for row in first + 1..size {
+                *self.at_mut(row, column) = 0.0;
+            }
+        }
+    }
+
+    /// Iterates on the first `rest` rows until one or two eigenvalues have come off at their end; says how many.
+    /// `shift` was subtracted from the diagonal.
+    fn split_off(
+        &mut self,
+        rest: usize,
+        norm: f64,
+        shift: &mut f64,
+        values: &mut Vec<Complex<f64>>,
+    ) -> Option<usize> {
+        let last = rest - 1;
+        for iteration in 0..MOST_ITERATIONS {
+            let first = self.first_of_block(last, norm);
+            let x = self.at(last, last);
+            if first == last {
+                values.push(Complex::new(x + *shift, 0.0));
+                return Some(1);
+            }
+            let y = self.at(last - 1, last - 1);
+            let w = self.at(last, last - 1) * self.at(last - 1, last);
+            if first + 1 == last {
+                values.extend(pair(x, y, w).map(|value| value + *shift));
+                return Some(2);
+            }
+            let exceptional = iteration > 0 && iteration % EXCEPTIONAL == 0;
+            let shifts = if exceptional { self.exceptional_shifts(last, shift) } else { (x, y, w) };
+            self.double_step(first, last, shifts);
+        }
+        None
+    }
+
+    /// Where the block begins that ends with row `last`: its subdiagonal is not negligible.
+    fn first_of_block(&mut self, last: usize, norm: f64) -> usize {
+        let mut row = last;
+        while row > 0 {
+            let sum = self.at(row - 1, row - 1).abs() + self.at(row, row).abs();
+            let beside = if sum == 0.0 { norm } else { sum };
+            if self.at(row, row - 1).abs() <= f64::EPSILON * beside {
+                *self.at_mut(row, row - 1) = 0.0;
+                break;
+            }
+            row -= 1;
+        }
+        row
+    }
+
+    /// Wilkinson's, which lead out of a cycle.
+    fn exceptional_shifts(&mut self, last: usize, shift: &mut f64) -> (f64, f64, f64) {
+        let x = self.at(last, last);
+        *shift += x;
+        for row in 0..=last {
+            *self.at_mut(row, row) -= x;
+        }
+        let sum = self.at(last, last - 1).abs() + self.at(last - 1, last - 2).abs();
+        (0.75 * sum, 0.75 * sum, -0.4375 * sum * sum)
+    }
+
+    /// A double step of QR on rows `first` to `last`, at least three; the shifts' sum is x + y, their product x·y − w.
+    fn double_step(&mut self, first: usize, last: usize, (x, y, w): (f64, f64, f64)) {
+        let mut start = last - 2;
+        let mut column = loop {
+            let column = self.first_column(start, x, y, w);
+            if start == first || self.may_start(start, column) {
+                break column;
+            }
+            start -= 1;
+        };
+        for row in start + 2..=last {
+            *self.at_mut(row, row - 2) = 0.0;
+            if row > start + 2 {
+                *self.at_mut(row, row - 3) = 0.0;
+            }
+        }
+        for step in start..last {
+            let three = step + 1 < last;
+            let mut scale = 1.0;
+            if step > start {
+                let third = if three { self.at(step + 2, step - 1) } else { 0.0 };
+                column = [self.at(step, step - 1), self.at(step + 1, step - 1), third];
+                scale = column.iter().map(|value| value.abs()).sum();
+                if scale == 0.0 {
+                    continue;
+                }
+                column = column.map(|value| value / scale);
+            }
+            let [p, q, r] = column;
+            let length = (p * p + q * q + r * r).sqrt().copysign(p);
+            if step > start {
+                *self.at_mut(step, step - 1) = -length * scale;
+            } else if start > first {
+                *self.at_mut(step, step - 1) *= -1.0;
+            }
+            let head = p + length;
+            let left = [head / length, q / length, r / length];
+            let right = [1.0, q / head, r / head];
+            self.reflect(step, first, last, three, left, right);
+        }
+    }
+
+    /// What the first column of (A − s₁)(A − s₂) would be if the block began at `start`, scaled.
+    fn first_column(&self, start: usize, x: f64, y: f64, w: f64) -> [f64; 3] {
+        let z = self.at(start, start);
+        let (r, s) = (x - z, y - z);
+        let column = [
+            (r * s - w) / self.at(start + 1, start) + self.at(start, start + 1),
+            self.at(start + 1, start + 1) - z - r - s,
+            self.at(start + 2, start + 1),
+        ];
+        let scale: f64 = column.iter().map(|value| value.abs()).sum();
+        column.map(|value| value / scale)
+    }
+
+    /// Whether two small subdiagonal elements in a row allow to begin at `start`.
+    fn may_start(&self, start: usize, [p, q, r]: [f64; 3]) -> bool {
+        let beside = self.at(start - 1, start - 1).abs()
+            + self.at(start, start).abs()
+            + self.at(start + 1, start + 1).abs();
+        self.at(start, start - 1).abs() * (q.abs() + r.abs()) <= f64::EPSILON * p.abs() * beside
+    }
+
+    /// The similarity with `I − left·rightᵀ` in rows `step` and after.
+    fn reflect(
+        &mut self,
+        step: usize,
+        first: usize,
+        last: usize,
+        three: bool,
+        left: [f64; 3],
+        right: [f64; 3],
+    ) {
+        let size = self.size;
+        let (one, rest) = self.elements[step * size..].split_at_mut(size);
+        let (two, rest) = rest.split_at_mut(size);
+        if three {
+            let columns = step..last + 1;
+            let rows = one[columns.clone()].iter_mut().zip(&mut two[columns.clone()]).zip(&mut rest[columns]);
+            for ((a, b), c) in rows {
+                let sum = *a + right[1] * *b + right[2] * *c;
+                *a -= sum * left[0];
+                *b -= sum * left[1];
+                *c -= sum * left[2];
+            }
+        } else {
+            for (a, b) in one[step..=last].iter_mut().zip(&mut two[step..=last]) {
+                let sum = *a + right[1] * *b;
+                *a -= sum * left[0];
+                *b -= sum * left[1];
+            }
+        }
+        let lowest = last.min(step + 3);
+        for row in self.elements[first * size..(lowest + 1) * size].chunks_exact_mut(size) {
+            if let ([a, b, c, ..], true) = (&mut row[step..], three) {
+                let sum = left[0] * *a + left[1] * *b + left[2] * *c;
+                *a -= sum;
+                *b -= sum * right[1];
+                *c -= sum * right[2];
+            } else if let [a, b, ..] = &mut row[step..] {
+                let sum = left[0] * *a + left[1] * *b;
+                *a -= sum;
+                *b -= sum * right[1];
+            }
+        }
+    }
+}
+
+/// The eigenvalues of [y ·; · x] whose off-diagonal elements' product is `w`.
+fn pair(x: f64, y: f64, w: f64) -> [Complex<f64>; 2] {
+    let p = 0.5 * (y - x);
+    let q = p * p + w;
+    let root = q.abs().sqrt();
+    if q < 0.0 {
+        return [Complex::new(x + p, root), Complex::new(x + p, -root)];
+    }
+    let sum = p + root.copysign(p);
+    let one = x + sum;
+    let other = if sum == 0.0 { one } else { x - w / sum };
+    [Complex::new(one, 0.0), Complex::new(other, 0.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::eigenvalues::{balance, of_balanced_by_library};
+
+    /// Eigenvalues of larger absolute value than `above`, in an order.
+    fn sorted(mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
+        values.sort_by(|a, b| a.re.total_cmp(&b.re).then(a.im.total_cmp(&b.im)));
+        values
+    }
+
+    /// Numbers in −1 to 1 from a multiplicative congruential generator.
+    fn numbers(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed.wrapping_mul(2) | 1;
+        move || {
+            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        }
+    }
+
+    /// Every value has a partner among the others, no partner twice.
+    fn assert_same(ours: Vec<Complex<f64>>, theirs: Vec<Complex<f64>>, tolerance: f64) {
+        assert_eq!(ours.len(), theirs.len());
+        let mut left = sorted(theirs);
+        for value in sorted(ours) {
+            let distance = |other: &Complex<f64>| (other - value).norm();
+            let (place, nearest) = left
+                .iter()
+                .enumerate()
+                .min_by(|a, b| distance(a.1).total_cmp(&distance(b.1)))
+                .map(|(place, other)| (place, distance(other)))
+                .unwrap();
+            assert!(nearest <= tolerance, "{value} is {nearest} from the nearest of {left:?}");
+            left.remove(place);
+        }
+    }
+
+    #[test]
+    fn equal_to_the_library_on_random_matrices() {
+        for size in 1..=40 {
+            for seed in 0..20 {
+                let mut next = numbers(size as u64 * 100 + seed);
+                let sparse = seed % 2 == 0;
+                let mut matrix = DMatrix::from_fn(size, size, |_, _| {
+                    let value = next();
+                    if sparse && next() > 0.0 { 0.0 } else { value }
+                });
+                if seed % 5 == 0 {
+                    for row in 0..size {
+                        matrix.row_mut(row).scale_mut(10f64.powi(row as i32 % 9 - 4));
+                        matrix.column_mut(row).scale_mut(10f64.powi(4 - row as i32 % 9));
+                    }
+                }
+                balance(&mut matrix);
+                let scale = 1.0 + matrix.norm();
+                let ours = eigenvalues(&matrix).unwrap();
+                // Sparse random matrices may have defective zeros.
+                let tolerance = if sparse { 1e-4 } else { 1e-9 };
+                assert_same(ours, of_balanced_by_library(&matrix).unwrap(), tolerance * scale);
+            }
+        }
+    }
+
+    #[test]
+    fn defective_ones_are_found_as_well_as_they_can_be() {
+        for size in 2..=12 {
+            let jordan = DMatrix::from_fn(size, size, |i, j| if i == j || i + 1 == j { 1.0 } else { 0.0 });
+            let mut next = numbers(size as u64);
+            let normal = nalgebra::DVector::from_fn(size, |_, _| next()).normalize();
+            let reflect = DMatrix::identity(size, size) - &normal * normal.transpose() * 2.0;
+            let found = eigenvalues(&(&reflect * jordan * &reflect)).unwrap();
+            let allowed = 4.0 * (1e-15 * size as f64).powf((size as f64).recip());
+            assert!(found.iter().all(|value| (value - Complex::new(1.0, 0.0)).norm() < allowed), "{found:?}");
+        }
+    }
+
+    #[test]
+    fn shifts_and_cycles_end() {
+        for size in 1..=40 {
+            for corner in [0.0_f64, 1.0, 1e-8, -1.0] {
+                let mut matrix = DMatrix::from_fn(size, size, |i, j| {
+                    if i == j + 1 {
+                        1.0
+                    } else if (i, j) == (0, size - 1) {
+                        corner
+                    } else {
+                        0.0
+                    }
+                });
+                balance(&mut matrix);
+                let expected = corner.abs().powf((size as f64).recip());
+                for value in eigenvalues(&matrix).unwrap() {
+                    assert!((value.norm() - expected).abs() < 1e-10, "{size} {corner} {value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn what_overflows_is_left_to_others() {
+        let matrix = DMatrix::from_element(5, 5, f64::MAX);
+        assert!(eigenvalues(&matrix).is_none_or(|values| values.iter().all(|value| value.re.is_finite())));
+    }
+}
