@@ -86,7 +86,8 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Margins
         margins.notes.push(which_is_unstable(&verdict));
         return Ok(margins);
     }
-    margins.gains = gains::margins(scene, &|share| progress(0.6 * share))?;
+    margins.gains =
+        gains::margins(scene, verdict.states * verdict.modes.len(), &|share| progress(0.6 * share))?;
     margins.delay_periods = noted(delay::margin(scene)?, &mut margins.notes);
     progress(0.7);
     margins.rates = rates::margins(scene)?;

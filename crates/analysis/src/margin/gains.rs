@@ -16,8 +16,10 @@ const FARTHEST: f64 = 9.210_340_371_976_184;
 const LOOKS: usize = 32;
 /// Looks closer than this (in ln of the factor) are not divided further.
 const FINEST: f64 = 1e-3;
-/// At most so many looks, each way.
+/// At most so many looks, each way: between these two, the fewer the more states there are.
 const MOST_LOOKS: usize = 300;
+const FEWEST_LOOKS: usize = 48;
+const LOOKS_AT_STATES: usize = 20_000;
 /// How many times the doubt must fit between ln ρ and 0, as in maps.
 const SAFETY: f64 = 2.0;
 /// ln ρ that is 0 but for rounding.
@@ -27,13 +29,14 @@ const ACCURACY: f64 = 1e-9;
 
 pub(super) fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<GainMargin>, SweepError> {
     let gains = acting_gains(scene);
+    let most_looks = (LOOKS_AT_STATES / states.max(1)).clamp(FEWEST_LOOKS, MOST_LOOKS);
     let (count, done) = (2 * gains.len(), AtomicUsize::new(0));
     let ways: Vec<(Gain, f64)> = gains.iter().flat_map(|&gain| [(gain, 1.0), (gain, -1.0)]).collect();
     let factors: Vec<Option<f64>> = ways
         .par_iter()
         .with_max_len(1)
         .map(|&(gain, sign)| {
-            let factor = Way::new(scene, gain, sign).and_then(|way| way.factor());
+            let factor = Way::new(scene, gain, sign).and_then(|way| way.factor(most_looks));
             progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
             factor
         })
@@ -78,7 +81,7 @@ impl Way {
     }
 
     /// The factor nearest to 1 at which the verdict changes.
-    fn factor(&self) -> Result<Option<f64>, SweepError> {
+    fn factor(&self, most_looks: usize) -> Result<Option<f64>, SweepError> {
         let mut looks = self.first_looks()?;
         let mut index = 0;
         while index + 1 < looks.len() {
@@ -90,7 +93,7 @@ impl Way {
                 })?;
                 return Ok(Some((self.sign * (from.place + share * width)).exp()));
             }
-            if is_clear(&looks, index) || to.place - from.place < FINEST || looks.len() > MOST_LOOKS {
+            if is_clear(&looks, index) || to.place - from.place < FINEST || looks.len() > most_looks {
                 index += 1;
             } else {
                 let place = 0.5 * (from.place + to.place);

@@ -37,7 +37,7 @@ pub(super) fn map(
     drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     let file_text = match ending {
-        Some("svg") => Some(map_picture(&title, &map)?),
+        Some("svg") => Some(map_picture(&format!("Where {} is stable", scene.name), &map)?),
         Some("csv") => Some(csv(&map)),
         _ => None,
     };
