@@ -145,7 +145,7 @@ mod tests {
         hole.reverse();
         let polygon = joined(&[square(0.0, 0.0, 10.0), hole, square(20.0, 1.0, 3.0)]);
         for (point, inside) in [
-            ((1.0, 1.0), true),
+            ((1.0, 1.5), true),
             ((4.0, 4.1), false),
             ((21.0, 2.0), true),
             ((15.0, 2.0), false),
