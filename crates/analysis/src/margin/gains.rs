@@ -27,7 +27,12 @@ const HAIR: f64 = 1e-9;
 /// Of a factor, relative.
 const ACCURACY: f64 = 1e-9;
 
-pub(super) fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<GainMargin>, SweepError> {
+/// `states`: of all contact modes together.
+pub(super) fn margins(
+    scene: &Scene,
+    states: usize,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Vec<GainMargin>, SweepError> {
     let gains = acting_gains(scene);
     let most_looks = (LOOKS_AT_STATES / states.max(1)).clamp(FEWEST_LOOKS, MOST_LOOKS);
     let (count, done) = (2 * gains.len(), AtomicUsize::new(0));
