@@ -51,6 +51,7 @@
 pub mod check;
 pub mod compile;
 mod contact;
+mod crossing;
 mod deflate;
 pub mod diagram;
 mod discretise;
@@ -58,6 +59,7 @@ mod dof;
 mod dominant;
 pub mod eigenvalues;
 pub mod evaluator;
+mod gains;
 pub mod lift;
 pub mod local_model;
 pub mod loop_spec;

@@ -15,6 +15,8 @@ const MOST_VALUES: usize = 100_000;
 #[serde(transparent)]
 pub struct Grid {
     values: Vec<f64>,
+    #[serde(skip)]
+    logarithmic: bool,
 }
 
 /// One scene key and its values, written `KEY=LO..HI:COUNT[:log]`.
@@ -78,13 +80,19 @@ impl Grid {
                 _ => from + share * (to - from),
             }
         };
-        Ok(Self { values: (0..count).map(value).collect() })
+        Ok(Self { values: (0..count).map(value).collect(), logarithmic })
     }
 
     /// In order.
     #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values
+    }
+
+    /// Whether neighbours have equal ratios instead of equal differences.
+    #[must_use]
+    pub const fn is_logarithmic(&self) -> bool {
+        self.logarithmic
     }
 }
 

@@ -5,6 +5,7 @@ mod link;
 mod local_regions;
 mod local_steps;
 mod push_wall;
+mod regions;
 mod runs;
 mod sinusoid;
 mod transparency;
@@ -25,6 +26,10 @@ pub(crate) struct Experiment {
 /// All of them, in the order of the seeds.
 pub(crate) const ALL: &[Experiment] = &[
     link::TABLE_1_1,
+    regions::FIGURE_5_1,
+    regions::FIGURE_5_2,
+    regions::FIGURE_5_3,
+    regions::FIGURE_5_4,
     transparency::FIGURE_6_2,
     transparency::EQUATION_6_3,
     transparency::TABLE_6_2,

@@ -1,6 +1,7 @@
 //! Pictures, as SVG. The only module that draws.
 
 pub(crate) mod chart;
+pub(crate) mod map;
 pub(crate) mod oblique;
 mod paths;
 pub(crate) mod steps;

@@ -57,6 +57,17 @@ pub(crate) struct Layout {
 
 impl Layout {
     pub(crate) fn new(spec: &LoopSpec, kind: Registers) -> Self {
+        Self::with_ages(spec, kind, 0)
+    }
+
+    /// Every line for itself, with at least the sample of the last network step in the state, so that a receiver can go
+    /// on with it.
+    pub(crate) fn with_memory(spec: &LoopSpec) -> Self {
+        Self::with_ages(spec, Registers::PerReceiver, 1)
+    }
+
+    /// With samples of ages up to `least` at least.
+    fn with_ages(spec: &LoopSpec, kind: Registers, least: u32) -> Self {
         let mut coordinates = Vec::new();
         let mut bodies = Vec::new();
         for body in &spec.bodies {
@@ -66,6 +77,7 @@ impl Layout {
         let (mut registers, register_of_line) = registers(spec, kind);
         for register in &mut registers {
             register.first = coordinates.len();
+            register.length = register.length.max(least);
             let line = &spec.lines[register.line.0];
             let quantities = quantities(spec, line);
             for age in 1..=register.length {

@@ -11,12 +11,30 @@ use nalgebra::DMatrix;
 use super::LiftedMap;
 use super::layout::Layout;
 use crate::discretise::Step;
-use crate::loop_spec::{Body, Coupling, Delay, Force, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Body, Coupling, Delay, Force, LineId, LoopSpec, Motion, Signal};
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> LiftedMap {
     let matrix = Run::default().pattern(&Program::new(spec, layout));
     LiftedMap { matrix, coordinates: layout.coordinates.clone() }
+}
+
+/// The map over one pattern in which the samples of some network steps are lost: `is_lost` is asked with the step and
+/// the line. Instead of a lost sample the receiver keeps the one of the step before, lost or not, and plays that out
+/// when the lost one would have been due. Every register must remember a sample ([`Layout::with_memory`]).
+pub(crate) fn lift_with_losses(
+    spec: &LoopSpec,
+    layout: &Layout,
+    is_lost: &dyn Fn(i64, LineId) -> bool,
+) -> DMatrix<f64> {
+    let program = Program::new(spec, layout);
+    let registers = || layout.registers.iter().map(|register| register.line).enumerate();
+    let steps = 0..program.timetable.network_steps;
+    let lost = steps
+        .flat_map(|step| registers().map(move |(register, line)| (step, register, line)))
+        .filter_map(|(step, register, line)| is_lost(step, line).then_some((step, register)));
+    let mut run = Run { lost: lost.collect(), ..Run::default() };
+    run.pattern(&program)
 }
 
 /// `factor` times one row.
@@ -332,6 +350,8 @@ pub(crate) struct Run {
     held_forces: Rows,
     /// A sample that is being taken.
     taken: Vec<f64>,
+    /// Network steps and registers whose samples are lost.
+    lost: Vec<(i64, usize)>,
     /// For each delay: the step whose sample is held.
     held: Vec<i64>,
 }
@@ -389,9 +409,16 @@ impl Run {
 
     #[inline(always)]
     fn sample(&mut self, program: &Program, step: i64, forces: bool) {
-        for samples in program.registers.iter().filter(|samples| samples.carries_force == forces) {
+        let registers = program.registers.iter().enumerate();
+        for (register, samples) in registers.filter(|(_, samples)| samples.carries_force == forces) {
+            let is_lost = self.lost.contains(&(step, register));
             for (number, sum) in samples.numbers.iter().enumerate() {
                 self.taken.clear();
+                if is_lost {
+                    self.taken.extend_from_slice(self.samples.row(samples.row(step - 1, number)));
+                    self.samples.row_mut(samples.row(step, number)).copy_from_slice(&self.taken);
+                    continue;
+                }
                 self.taken.resize(program.columns, 0.0);
                 add_current(&mut self.taken, sum, &self.states);
                 add_held(&mut self.taken, sum, program, &self.samples, &self.held);

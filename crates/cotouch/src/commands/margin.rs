@@ -1,11 +1,74 @@
 //! `cotouch analyze margin`.
 
+use std::fmt::Write as _;
+
+use cotouch_analysis::margin::{GainMargin, Margins, margins};
 use cotouch_scene::Override;
 
+use super::map::failure;
+use super::prediction;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
+use crate::progress::Progress;
 
 /// Says how far a scene is from instability.
-pub(super) fn margin(_name: &str, _overrides: &[Override], _output: &Output) -> Result<Verdict, Failure> {
-    todo!("helper 4")
+pub(super) fn margin(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+    let scene = cotouch_scene::load(name, overrides)?;
+    let progress = Progress::new("analysing");
+    let margins = margins(&scene, &|share| progress.show(share)).map_err(failure)?;
+    drop(progress);
+    let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
+    output.answer_as(&margins, &text(&title, &margins))?;
+    Ok(Verdict::Good)
+}
+
+fn text(title: &str, margins: &Margins) -> String {
+    let word = if margins.stable { "stable" } else { "unstable" };
+    let radius = prediction::radius(margins.spectral_radius);
+    let mut text = format!("{title}\n{word} (spectral radius {radius})\n\n");
+    if margins.stable {
+        let delay = margins.delay_periods.map(|periods| format!("{periods} network periods"));
+        let loss = margins.loss_rate.map(|rate| format!("{:.3} % of packets", 100.0 * rate));
+        let _ = writeln!(text, "stays stable up to a delay of  {}", delay.unwrap_or_else(none));
+        let _ = writeln!(text, "and up to a loss of            {}", loss.unwrap_or_else(none));
+        for rate in &margins.rates {
+            let hz = rate.hz.map(|hz| format!("{hz:.4} Hz"));
+            let _ = writeln!(text, "and down to {:<18} {}", rate.key, hz.unwrap_or_else(none));
+        }
+        let _ = writeln!(
+            text,
+            "\n{:<58} {:>10} {:>12} {:>12}",
+            "gain, multiplied alone", "value", "down to", "up to"
+        );
+    }
+    for GainMargin { key, value, factor, lower_factor } in &margins.gains {
+        let times = |factor: &Option<f64>| match *factor {
+            None => none(),
+            Some(0.0) => "above 0".to_owned(),
+            Some(factor) => format!("× {factor:.5}"),
+        };
+        let _ = writeln!(text, "{key:<58} {value:>10} {:>12} {:>12}", times(lower_factor), times(factor));
+    }
+    for note in &margins.notes {
+        let _ = writeln!(text, "note: {note}");
+    }
+    text
+}
+
+fn none() -> String {
+    "no limit".to_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unstable_scene_says_so_and_nothing_else() {
+        let settings = ["link.delay_periods=9".parse().unwrap()];
+        let scene = cotouch_scene::load("single-axis", &settings).unwrap();
+        let margins = margins(&scene, &|_| ()).unwrap();
+        let text = text("title", &margins);
+        assert!(text.contains("unstable") && text.contains("note: ") && !text.contains("up to"), "{text}");
+    }
 }

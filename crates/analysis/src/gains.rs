@@ -1,0 +1,55 @@
+//! The gains of a scene that its linear loops depend on.
+
+use cotouch_scene::{Scene, with_override};
+
+use crate::compile::compile;
+
+/// Springs and dampers, by key.
+const KEYS: [&str; 23] = [
+    "coupling.hand_object.stiffness_n_per_m",
+    "coupling.hand_object.damping_n_s_per_m",
+    "coupling.remote_hand_object.stiffness_n_per_m",
+    "coupling.remote_hand_object.damping_n_s_per_m",
+    "coupling.object_object.stiffness_n_per_m",
+    "coupling.object_object.damping_n_s_per_m",
+    "coupling.hand_object_tangential.stiffness_n_per_m",
+    "coupling.hand_object_tangential.damping_n_s_per_m",
+    "coupling.remote_hand_object_tangential.stiffness_n_per_m",
+    "coupling.remote_hand_object_tangential.damping_n_s_per_m",
+    "coupling.object_object_rotational.stiffness_n_m_per_rad",
+    "coupling.object_object_rotational.damping_n_m_s_per_rad",
+    "object.damping_n_s_per_m",
+    "object.rotational_damping_n_m_s_per_rad",
+    "hand.stiffness_n_per_m",
+    "hand.damping_n_s_per_m",
+    "wall.stiffness_n_per_m",
+    "wall.damping_n_s_per_m",
+    "wall.tangential_stiffness_n_per_m",
+    "wall.tangential_damping_n_s_per_m",
+    "contact.body_body.stiffness_n_per_m",
+    "contact.body_body.damping_n_s_per_m",
+    "governor.damping_n_s_per_m",
+];
+
+/// A key and its value in a scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Gain {
+    pub(crate) key: &'static str,
+    pub(crate) value: f64,
+}
+
+/// The gains that are not 0 and on which the loops of some contact mode depend.
+pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
+    let loops = compile(scene);
+    let acts = |gain: &Gain| {
+        // A little either way, whichever is allowed.
+        let changed =
+            [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
+        changed.is_some_and(|changed| compile(&changed) != loops)
+    };
+    KEYS.iter()
+        .filter_map(|&key| Some(Gain { key, value: scene.number(key)? }))
+        .filter(|gain| gain.value != 0.0)
+        .filter(acts)
+        .collect()
+}

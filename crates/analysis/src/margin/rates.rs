@@ -1,0 +1,61 @@
+//! How slow the network and the haptic loop may become.
+
+use cotouch_scene::Scene;
+use cotouch_scene::time::Rate;
+
+use super::{RateMargin, is_stable};
+use crate::sweep::SweepError;
+
+/// Network periods of more ticks are not tried.
+const MOST_TICKS: u64 = 256;
+
+pub(super) fn margins(scene: &Scene) -> Result<Vec<RateMargin>, SweepError> {
+    let (control, network) = (scene.rates.control_hz, scene.rates.network_hz);
+    let schedule = scene.schedule();
+    let (ticks, steps) = (schedule.ticks_per_pattern(), schedule.steps_per_pattern());
+    let slower_network = (ticks / steps + 1..=MOST_TICKS).map(|n| {
+        let mut slower = scene.clone();
+        slower.rates.network_hz = Rate::new(control.numerator(), control.denominator() * n).ok()?;
+        Some(slower)
+    });
+    let network_hz = lowest(slower_network, |scene| scene.rates.network_hz.hz())?;
+    let slower_control = (1..=(ticks - 1) / steps).rev().map(|n| {
+        let mut slower = scene.clone();
+        slower.rates.control_hz = Rate::new(network.numerator() * n, network.denominator()).ok()?;
+        Some(slower)
+    });
+    let control_hz = lowest(slower_control, |scene| scene.rates.control_hz.hz())?;
+    let margin = |key: &str, found: Lowest, present: Rate| {
+        let hz = match found {
+            Lowest::At(hz) => Some(hz),
+            // Not even one step lower.
+            Lowest::Present => Some(present.hz()),
+            Lowest::Unknown => None,
+        };
+        RateMargin { key: key.to_owned(), hz, factor: hz.map(|hz| hz / present.hz()) }
+    };
+    Ok(vec![margin("rates.network_hz", network_hz, network), margin("rates.control_hz", control_hz, control)])
+}
+
+enum Lowest {
+    At(f64),
+    Present,
+    Unknown,
+}
+
+/// The last of a row of ever slower scenes before the first that is unstable.
+fn lowest(
+    scenes: impl Iterator<Item = Option<Scene>>,
+    hz: impl Fn(&Scene) -> f64,
+) -> Result<Lowest, SweepError> {
+    let mut last = Lowest::Present;
+    for scene in scenes {
+        let Some(scene) = scene else { return Ok(Lowest::Unknown) };
+        match is_stable(&scene)? {
+            Some(true) => last = Lowest::At(hz(&scene)),
+            Some(false) => return Ok(last),
+            None => return Ok(Lowest::Unknown),
+        }
+    }
+    Ok(Lowest::Unknown)
+}
