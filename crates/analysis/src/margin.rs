@@ -26,8 +26,8 @@ pub struct Margins {
     /// no delay that a scene can have is too long, or where it cannot be told; `notes` says which.
     pub delay_periods: Option<f64>,
     /// The probability, the same and independent for every packet, from which on the mean square of the state no longer
-    /// dies out. A packet carries all samples from one host to another; the receiver goes on with what it had. `None`
-    /// as above.
+    /// dies out; 1 where only the loss of everything does that. A packet carries all samples from one host to another;
+    /// the receiver goes on with what it had. `None` as above.
     pub loss_rate: Option<f64>,
     /// Every spring and damper that acts and is not 0.
     pub gains: Vec<GainMargin>,
@@ -92,7 +92,14 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Margins
     progress(0.7);
     margins.rates = rates::margins(scene)?;
     progress(0.8);
-    margins.loss_rate = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
+    let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
+    margins.loss_rate = loss.map(|limit| limit.unwrap_or(1.0));
+    if loss == Some(None) {
+        margins.notes.push(format!(
+            "The mean square dies out up to a loss of {} %; when everything is lost, nothing ties the parts.",
+            100.0 * loss::HIGHEST
+        ));
+    }
     progress(1.0);
     Ok(margins)
 }

@@ -104,7 +104,10 @@ fn margins_are_where_the_verdict_turns() {
         assert_eq!(answer(&["analyze", "stability", "single-axis", "--set", &set])["stable"], stable);
     }
     let loss = margins["loss_rate"].as_f64().unwrap();
-    assert!(loss > 0.0 && loss < 1.0, "{loss}");
+    assert_eq!(loss, 1.0);
+    let centralized = answer(&["analyze", "margin", "single-axis-centralized"]);
+    let loss = centralized["loss_rate"].as_f64().unwrap();
+    assert!(loss > 0.1 && loss < 0.9, "{loss}");
     let gains = margins["gains"].as_array().unwrap();
     let of = |key: &str| gains.iter().find(|gain| gain["key"] == key).unwrap_or_else(|| panic!("{key}"));
     let factor = of(K12)["factor"].as_f64().unwrap();
@@ -210,7 +213,7 @@ fn what_cannot_be_analysed_is_exit_status_2_and_says_what_can() {
         (&["analyze", "stability", "--sweep", "hand.mas_kg=0.1..1:5"], "hand.mas_kg"),
         (&["analyze", "stability", "--sweep", "hand.mass_kg=0.1..1:0"], "1 to"),
         (&["analyze", "stability", "--sweep", "session.architecture=0..1:2"], "session.architecture"),
-        (&["analyze", "damping", "single-axis", "--user", "3"], "1 to 2"),
+        (&["analyze", "damping", "single-axis", "--user", "3"], "2 (ben)"),
         (&["analyze", "damping", "single-axis", "--user", "zoe"], "anna"),
         (&["analyze", "admittance", "single-axis", "--frequencies", "-1..10:5"], "above 0"),
         (&["analyze", "margin", "nowhere"], "nowhere"),
