@@ -4,11 +4,12 @@ use plotters::prelude::*;
 
 use super::{Area, GRID, INK, QUIET, colour, text, undrawable};
 
-const PANEL_WIDTH: u32 = 560;
-const PANEL_HEIGHT: u32 = 360;
-const HEADLINE: u32 = 40;
-const LEGEND: u32 = 54;
-const LEGEND_LINE: i32 = 18;
+/// Everything is put on whole units, so there are this many to a pixel: slanted lines would have steps otherwise.
+const FINE: u32 = 4;
+const PANEL_WIDTH: u32 = 560 * FINE;
+const PANEL_HEIGHT: u32 = 360 * FINE;
+const HEADLINE: u32 = 40 * FINE;
+const LEGEND: u32 = 54 * FINE;
 const REGION_OPACITY: f64 = 0.22;
 /// Points that a curve is thinned to.
 const MOST_POINTS: usize = 1500;
@@ -112,19 +113,30 @@ impl Series {
 /// The panels in a row below a headline, as SVG.
 pub(crate) fn chart(headline: &str, panels: &[Panel]) -> anyhow::Result<String> {
     let mut svg = String::new();
+    let width = PANEL_WIDTH * panels.len().max(1) as u32;
+    let height = HEADLINE + LEGEND + PANEL_HEIGHT;
     {
-        let width = PANEL_WIDTH * panels.len().max(1) as u32;
-        let root =
-            SVGBackend::with_string(&mut svg, (width, HEADLINE + LEGEND + PANEL_HEIGHT)).into_drawing_area();
+        let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
         root.fill(&WHITE).map_err(undrawable)?;
-        root.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
+        root.draw_text(headline, &fine_text(15), at(16, 12)).map_err(undrawable)?;
         let (_, body) = root.split_vertically(HEADLINE);
         for (area, panel) in body.split_evenly((1, panels.len().max(1))).iter().zip(panels) {
             draw(area, panel)?;
         }
         root.present().map_err(undrawable)?;
     }
-    Ok(svg)
+    // The first size is that of the picture on a page; the second, of the units in it.
+    let size = |fine: u32| format!("width=\"{}\" height=\"{}\"", width / fine, height / fine);
+    Ok(svg.replacen(&size(1), &size(FINE), 1))
+}
+
+/// A place that is given in pixels.
+const fn at(x: i32, y: i32) -> (i32, i32) {
+    (x * FINE as i32, y * FINE as i32)
+}
+
+fn fine_text(size: u32) -> TextStyle<'static> {
+    text(size * FINE, INK)
 }
 
 fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
@@ -134,27 +146,28 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
     let place = |&(x, y): &(f64, f64)| (x_scale.apply(x), y_scale.apply(y));
     let (mut x, mut y) = (extent(panel, |point| place(&point).0), extent(panel, |point| place(&point).1));
     if panel.equal_scales {
-        let (wide, high) = (f64::from(PANEL_WIDTH - 100), f64::from(PANEL_HEIGHT - 80));
+        let (wide, high) = (f64::from(PANEL_WIDTH - 100 * FINE), f64::from(PANEL_HEIGHT - 80 * FINE));
         let scale = ((x.1 - x.0) / wide).max((y.1 - y.0) / high);
         x = about(x, scale * wide);
         y = about(y, scale * high);
     }
     let mut chart = ChartBuilder::on(&plot)
-        .margin_right(20)
-        .margin_top(22)
-        .margin_left(8)
-        .caption(&panel.title, text(13, INK))
-        .x_label_area_size(40)
-        .y_label_area_size(60)
+        .margin_right(20 * FINE)
+        .margin_top(22 * FINE)
+        .margin_left(8 * FINE)
+        .caption(&panel.title, fine_text(13))
+        .x_label_area_size(40 * FINE)
+        .y_label_area_size(60 * FINE)
         .build_cartesian_2d(x.0..x.1, y.0..y.1)
         .map_err(undrawable)?;
     chart
         .configure_mesh()
         .light_line_style(TRANSPARENT)
-        .bold_line_style(GRID)
-        .axis_style(QUIET)
-        .label_style(text(12, INK))
-        .axis_desc_style(text(13, INK))
+        .bold_line_style(GRID.stroke_width(FINE))
+        .axis_style(QUIET.stroke_width(FINE))
+        .set_all_tick_mark_size(5 * FINE)
+        .label_style(fine_text(12))
+        .axis_desc_style(fine_text(13))
         .x_desc(&panel.x_label)
         .y_desc(&panel.y_label)
         .x_labels(x_scale.labels(x))
@@ -175,10 +188,13 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
         let placed: Vec<_> = series.points.iter().map(place).collect();
         let points = thinned(&placed);
         if series.dashed {
-            let style = colour(series.colour).stroke_width(2);
-            chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
+            let style = colour(series.colour).stroke_width(2 * FINE);
+            chart
+                .draw_series(DashedLineSeries::new(points, 6 * FINE, 4 * FINE, style))
+                .map_err(undrawable)?;
         } else {
-            let style = colour(series.colour).stroke_width(1);
+            // A line and a half wide.
+            let style = colour(series.colour).stroke_width(3 * FINE / 2);
             chart.draw_series(LineSeries::new(points, style)).map_err(undrawable)?;
         }
     }
@@ -186,11 +202,13 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
 }
 
 fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
-    let (mut x, mut y) = (66, 0);
+    const FIRST: i32 = 66;
+    const LINE: i32 = 18;
+    let (mut x, mut y) = (FIRST, 0);
     let mut next = |label: &str| {
         let width = 28 + 7 * label.chars().count() as i32 + 12;
-        if x > 66 && x + width > PANEL_WIDTH as i32 {
-            (x, y) = (66, y + LEGEND_LINE);
+        if x > FIRST && x + width > (PANEL_WIDTH / FINE) as i32 {
+            (x, y) = (FIRST, y + LINE);
         }
         x += width;
         (x - width, y)
@@ -198,17 +216,18 @@ fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
     for region in panel.regions.iter().filter(|region| !region.label.is_empty()) {
         let (x, y) = next(&region.label);
         let style = colour(region.colour).mix(REGION_OPACITY).filled();
-        area.draw(&Rectangle::new([(x, y + 3), (x + 23, y + 15)], style)).map_err(undrawable)?;
-        area.draw_text(&region.label, &text(12, INK), (x + 28, y + 2)).map_err(undrawable)?;
+        area.draw(&Rectangle::new([at(x, y + 3), at(x + 23, y + 15)], style)).map_err(undrawable)?;
+        area.draw_text(&region.label, &fine_text(12), at(x + 28, y + 2)).map_err(undrawable)?;
     }
     for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
         let (x, y) = next(&series.label);
-        let style = colour(series.colour).stroke_width(3);
+        let style = colour(series.colour).stroke_width(3 * FINE);
         let pieces: &[(i32, i32)] = if series.dashed { &[(0, 9), (14, 23)] } else { &[(0, 23)] };
         for &(from, to) in pieces {
-            area.draw(&PathElement::new([(x + from, y + 9), (x + to, y + 9)], style)).map_err(undrawable)?;
+            area.draw(&PathElement::new([at(x + from, y + 9), at(x + to, y + 9)], style))
+                .map_err(undrawable)?;
         }
-        area.draw_text(&series.label, &text(12, INK), (x + 28, y + 2)).map_err(undrawable)?;
+        area.draw_text(&series.label, &fine_text(12), at(x + 28, y + 2)).map_err(undrawable)?;
     }
     Ok(())
 }
