@@ -9,7 +9,7 @@ const FINE: u32 = 4;
 const PANEL_WIDTH: u32 = 560 * FINE;
 const PANEL_HEIGHT: u32 = 360 * FINE;
 const HEADLINE: u32 = 40 * FINE;
-const LEGEND: u32 = 54 * FINE;
+const LEGEND_LINE: u32 = 18 * FINE;
 const REGION_OPACITY: f64 = 0.22;
 /// Points that a curve is thinned to.
 const MOST_POINTS: usize = 1500;
@@ -114,14 +114,15 @@ impl Series {
 pub(crate) fn chart(headline: &str, panels: &[Panel]) -> anyhow::Result<String> {
     let mut svg = String::new();
     let width = PANEL_WIDTH * panels.len().max(1) as u32;
-    let height = HEADLINE + LEGEND + PANEL_HEIGHT;
+    let legend = panels.iter().map(legend_lines).max().unwrap_or(0) * LEGEND_LINE;
+    let height = HEADLINE + legend + PANEL_HEIGHT;
     {
         let root = SVGBackend::with_string(&mut svg, (width, height)).into_drawing_area();
         root.fill(&WHITE).map_err(undrawable)?;
         root.draw_text(headline, &fine_text(15), at(16, 12)).map_err(undrawable)?;
         let (_, body) = root.split_vertically(HEADLINE);
         for (area, panel) in body.split_evenly((1, panels.len().max(1))).iter().zip(panels) {
-            draw(area, panel)?;
+            draw(area, panel, legend)?;
         }
         root.present().map_err(undrawable)?;
     }
@@ -139,8 +140,8 @@ fn fine_text(size: u32) -> TextStyle<'static> {
     text(size * FINE, INK)
 }
 
-fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
-    let (legend, plot) = area.split_vertically(LEGEND);
+fn draw(area: &Area<'_>, panel: &Panel, legend_height: u32) -> anyhow::Result<()> {
+    let (legend, plot) = area.split_vertically(legend_height);
     draw_legend(&legend, panel)?;
     let (x_scale, y_scale) = (panel.x_scale, panel.y_scale);
     let place = |&(x, y): &(f64, f64)| (x_scale.apply(x), y_scale.apply(y));
@@ -201,26 +202,41 @@ fn draw(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
+/// Every named area and curve, in order.
+fn labels(panel: &Panel) -> impl Iterator<Item = &str> {
+    let regions = panel.regions.iter().map(|region| region.label.as_str());
+    regions.chain(panel.series.iter().map(|series| series.label.as_str())).filter(|label| !label.is_empty())
+}
+
+/// Where each label's sign begins, in pixels.
+fn legend_places(panel: &Panel) -> impl Iterator<Item = (i32, i32)> {
     const FIRST: i32 = 66;
-    const LINE: i32 = 18;
     let (mut x, mut y) = (FIRST, 0);
-    let mut next = |label: &str| {
+    labels(panel).map(move |label| {
         let width = 28 + 7 * label.chars().count() as i32 + 12;
         if x > FIRST && x + width > (PANEL_WIDTH / FINE) as i32 {
-            (x, y) = (FIRST, y + LINE);
+            (x, y) = (FIRST, y + (LEGEND_LINE / FINE) as i32);
         }
         x += width;
         (x - width, y)
-    };
+    })
+}
+
+fn legend_lines(panel: &Panel) -> u32 {
+    legend_places(panel).last().map_or(0, |(_, y)| y as u32 / (LEGEND_LINE / FINE) + 1)
+}
+
+fn draw_legend(area: &Area<'_>, panel: &Panel) -> anyhow::Result<()> {
+    let mut places = legend_places(panel);
+    let mut next = || places.next().unwrap_or_default();
     for region in panel.regions.iter().filter(|region| !region.label.is_empty()) {
-        let (x, y) = next(&region.label);
+        let (x, y) = next();
         let style = colour(region.colour).mix(REGION_OPACITY).filled();
         area.draw(&Rectangle::new([at(x, y + 3), at(x + 23, y + 15)], style)).map_err(undrawable)?;
         area.draw_text(&region.label, &fine_text(12), at(x + 28, y + 2)).map_err(undrawable)?;
     }
     for series in panel.series.iter().filter(|series| !series.label.is_empty()) {
-        let (x, y) = next(&series.label);
+        let (x, y) = next();
         let style = colour(series.colour).stroke_width(3 * FINE);
         let pieces: &[(i32, i32)] = if series.dashed { &[(0, 9), (14, 23)] } else { &[(0, 23)] };
         for &(from, to) in pieces {
