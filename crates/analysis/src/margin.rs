@@ -89,8 +89,14 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Margins
     margins.gains =
         gains::margins(scene, verdict.states * verdict.modes.len(), &|share| progress(0.6 * share))?;
     margins.delay_periods = noted(delay::margin(scene)?, &mut margins.notes);
+    if margins.delay_periods.is_some() && scene.schedule().steps_per_pattern() != 1 {
+        margins.notes.push(
+            "Delays were tried in whole periods only, because a network period is no whole number of ticks."
+                .to_owned(),
+        );
+    }
     progress(0.7);
-    margins.rates = rates::margins(scene)?;
+    margins.rates = rates::margins(scene, &mut margins.notes)?;
     progress(0.8);
     let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
     margins.loss_rate = loss.map(|limit| limit.unwrap_or(1.0));

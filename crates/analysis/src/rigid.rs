@@ -19,6 +19,7 @@ mod coasting;
 mod pivots;
 mod ties;
 
+use cotouch_scene::names::{Coordinate, Part as PartName};
 use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
@@ -38,6 +39,21 @@ pub(crate) struct Structure {
     pub(crate) loose: Vec<DVector<f64>>,
     /// All translations.
     still: Vec<DVector<f64>>,
+}
+
+/// Whether no force ties the copies of some object to each other.
+pub(crate) fn has_untied_copies(spec: &LoopSpec) -> bool {
+    let parts = Ties::parts(spec);
+    let mut seen: Vec<(PartName, usize)> = Vec::new();
+    spec.bodies.iter().enumerate().any(|(index, body)| {
+        let Some(&Coordinate::Own { part: name @ PartName::Object(_), .. }) = body.states.first() else {
+            return false;
+        };
+        let part = parts.of(index);
+        let is_apart = seen.iter().any(|&(other, its)| other == name && its != part);
+        seen.push((name, part));
+        is_apart
+    })
 }
 
 impl Structure {

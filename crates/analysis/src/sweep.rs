@@ -46,7 +46,7 @@ pub enum SweepError {
     #[error("{0} is swept twice; the two directions of a map need different keys")]
     Twice(String),
     /// The scene does not allow a value.
-    #[error(transparent)]
+    #[error("{}", .0.to_string().replace("--set ", "--sweep "))]
     Scene(#[from] SceneErrors),
     /// A point cannot be analysed.
     #[error(transparent)]
@@ -96,6 +96,18 @@ impl Grid {
     }
 }
 
+impl SweepError {
+    /// The same about all that was written.
+    fn of(self, text: &str, form: &'static str) -> Self {
+        match self {
+            Self::Syntax(..) => Self::Syntax(text.to_owned(), form),
+            Self::Count(_, count) => Self::Count(text.to_owned(), count),
+            Self::Bounds(_, from, to) => Self::Bounds(text.to_owned(), from, to),
+            other => other,
+        }
+    }
+}
+
 impl FromStr for Grid {
     type Err = SweepError;
 
@@ -111,7 +123,7 @@ impl FromStr for Grid {
         let number = |part: &str| part.trim().parse::<f64>().map_err(|_| syntax());
         let (from, to) = (number(from)?, number(to)?);
         let count = count.trim().parse().map_err(|_| SweepError::Count(text.to_owned(), count.to_owned()))?;
-        Self::new(from, to, count, logarithmic)
+        Self::new(from, to, count, logarithmic).map_err(|error| error.of(text, GRID_FORM))
     }
 }
 
@@ -122,7 +134,10 @@ impl FromStr for Sweep {
         let syntax = || SweepError::Syntax(text.to_owned(), SWEEP_FORM);
         let (key, values) = text.split_once('=').ok_or_else(syntax)?;
         let key = key.trim().to_owned();
-        if key.is_empty() { Err(syntax()) } else { Ok(Self { key, values: values.parse()? }) }
+        if key.is_empty() {
+            return Err(syntax());
+        }
+        Ok(Self { key, values: values.parse().map_err(|error: SweepError| error.of(text, SWEEP_FORM))? })
     }
 }
 

@@ -4,6 +4,7 @@ use cotouch_scene::scene::{Architecture, DeviceKind, Impairment, PlayOut, Scene,
 
 use crate::compile::ContactMode;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
+use crate::rigid::has_untied_copies;
 use crate::stability::LoopStability;
 
 /// What the scene has that the verdict does not cover.
@@ -19,6 +20,12 @@ pub(crate) fn warnings(
     warnings.extend(notes);
     warn_of_contact(scene, &mut warnings);
     warn_of_device(scene, &mut warnings);
+    if modes.iter().any(|mode| mode.settled && has_untied_copies(&mode.spec)) {
+        warnings.push(
+            "No force ties the copies of an object to each other; each part of the session is judged by itself."
+                .to_owned(),
+        );
+    }
     if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
         warnings.push(
             "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."

@@ -18,13 +18,13 @@ pub(crate) struct Output {
 }
 
 impl Output {
-    /// Gives the command's answer, `text` being what people read.
+    /// Gives the command's answer, `text` being what people read. A file whose name ends with .json gets JSON.
     pub(crate) fn answer_as(&self, answer: &impl Serialize, text: &str) -> anyhow::Result<()> {
-        let shown = self.shown(answer, text)?;
         if let Some(file) = &self.file {
-            write_file(file, &shown)?;
+            let json = self.json || file.extension().is_some_and(|ending| ending == "json");
+            write_file(file, &Self { json, file: None }.shown(answer, text)?)?;
         }
-        print(&shown)
+        print(&self.shown(answer, text)?)
     }
 
     /// Gives the command's answer on stdout and `file_text` to the file.

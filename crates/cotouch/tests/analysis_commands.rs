@@ -208,14 +208,17 @@ fn local_models_are_checked_stepped_and_chosen() {
 #[test]
 fn what_cannot_be_analysed_is_exit_status_2_and_says_what_can() {
     let folder = folder();
-    let cases: [(&[&str], &str); 10] = [
+    let cases: [(&[&str], &str); 13] = [
         (&["analyze", "stability", "--sweep", "hand.mass_kg=-1..1:5"], "hand.mass_kg"),
         (&["analyze", "stability", "--sweep", "hand.mas_kg=0.1..1:5"], "hand.mas_kg"),
         (&["analyze", "stability", "--sweep", "hand.mass_kg=0.1..1:0"], "1 to"),
+        (&["analyze", "stability", "--sweep", "hand.mass_kg=1..1:5"], "hand.mass_kg=1..1:5"),
+        (&["analyze", "stability", "--out", "x.svg"], "x.svg"),
+        (&["analyze", "margin", "--out", "x.csv"], "x.csv"),
         (&["analyze", "stability", "--sweep", "session.architecture=0..1:2"], "session.architecture"),
         (&["analyze", "damping", "single-axis", "--user", "3"], "2 (ben)"),
         (&["analyze", "damping", "single-axis", "--user", "zoe"], "anna"),
-        (&["analyze", "admittance", "single-axis", "--frequencies", "0..10:5"], "above 0"),
+        (&["analyze", "admittance", "single-axis", "--frequencies", "0..10:5"], "positive"),
         (&["analyze", "margin", "nowhere"], "nowhere"),
         (&["local-model", "step", "--kh", "1", "--ko", "1", "--input", "1", "--fast-hz", "990"], "multiple"),
         (&["local-model", "check", "--kh", "1", "--int", "0", "--ko", "0"], "--ko"),

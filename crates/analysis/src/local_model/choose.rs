@@ -44,6 +44,8 @@ pub fn choose(slow_loop: &SlowLoop, ko_n_per_m: f64, range: Compliances) -> Resu
         SurfaceHold::Zero => by_bisection(slow_loop, spread),
         SurfaceHold::First => by_search(slow_loop, spread),
     };
+    // What rounding leaves of a gain that is not wanted.
+    let [h, i] = [h, i].map(|gain| if gain < 1e-12 { 0.0 } else { gain });
     let scale = ko_n_per_m / range.largest;
     let model = LocalModel::new(h * scale, i * scale, ko_n_per_m)?;
     Ok(Choice {

@@ -36,7 +36,7 @@ fn scheduled(scene: &Scene) -> Result<Found<f64>, SweepError> {
         match is_stable(&with_override(scene, "link.delay_periods", f64::from(next))?)? {
             Some(true) => whole = next,
             Some(false) => break,
-            None => return Ok(Err(too_large(next))),
+            None => return Ok(Err(too_large(&format!("{next} network periods")))),
         }
     }
     let scene = with_override(scene, "link.delay_periods", f64::from(whole))?;
@@ -45,7 +45,7 @@ fn scheduled(scene: &Scene) -> Result<Found<f64>, SweepError> {
         return Ok(Ok(f64::from(whole)));
     }
     let more = last_stable(1..ticks, |more| is_stable_later(&scene, more))?;
-    Ok(Ok(f64::from(whole) + more as f64 / ticks as f64))
+    Ok(more.map(|more| f64::from(whole) + more as f64 / ticks as f64))
 }
 
 fn on_arrival(scene: &Scene) -> Result<Found<f64>, SweepError> {
@@ -56,47 +56,47 @@ fn on_arrival(scene: &Scene) -> Result<Found<f64>, SweepError> {
     let present = compile(scene).iter().flat_map(|mode| &mode.spec.lines).map(transit).max().unwrap_or(0);
     let longest = u64::from(LONGEST) * ticks;
     let more = last_stable(1..longest.saturating_sub(present), |more| is_stable_later(scene, more))?;
-    if present + more + 1 >= longest {
-        return Ok(Err(no_limit()));
-    }
-    Ok(Ok((present + more) as f64 / ticks as f64))
+    Ok(more.and_then(|more| {
+        let limit = present + more;
+        if limit + 1 >= longest { Err(no_limit()) } else { Ok(limit as f64 / ticks as f64) }
+    }))
 }
 
 fn no_limit() -> String {
     format!("The scene is stable up to the longest delay that a scene can have, {LONGEST} network periods.")
 }
 
-fn too_large(periods: u32) -> String {
-    format!(
-        "The delay margin was not found: with {periods} network periods the loop is too large to be analysed."
-    )
+fn too_large(delay: &str) -> String {
+    format!("The delay margin was not found: with {delay} the loop is too large to be analysed.")
 }
 
 /// The last of `candidates` before the first that is not stable; 0 if there is none.
 fn last_stable(
     candidates: std::ops::Range<u64>,
-    mut is_stable: impl FnMut(u64) -> Result<bool, SweepError>,
-) -> Result<u64, SweepError> {
+    mut is_stable: impl FnMut(u64) -> Result<Option<bool>, SweepError>,
+) -> Result<Found<u64>, SweepError> {
     let mut last = 0;
     for candidate in candidates {
-        if !is_stable(candidate)? {
-            break;
+        match is_stable(candidate)? {
+            Some(true) => last = candidate,
+            Some(false) => break,
+            None => return Ok(Err(too_large(&format!("{candidate} ticks more")))),
         }
-        last = candidate;
     }
-    Ok(last)
+    Ok(Ok(last))
 }
 
-/// Whether every contact mode is stable when samples are used `more` ticks later.
-fn is_stable_later(scene: &Scene, more: u64) -> Result<bool, SweepError> {
+/// Whether every contact mode is stable when samples are used `more` ticks later; `None` where one is too large.
+fn is_stable_later(scene: &Scene, more: u64) -> Result<Option<bool>, SweepError> {
     for mode in compile(scene) {
         match analyze_loop(&later(scene, mode.spec, more)) {
             Ok(verdict) if verdict.stable => {}
-            Ok(_) | Err(AnalysisError::TooLarge { .. }) => return Ok(false),
+            Ok(_) => return Ok(Some(false)),
+            Err(AnalysisError::TooLarge { .. }) => return Ok(None),
             Err(error) => return Err(error.into()),
         }
     }
-    Ok(true)
+    Ok(Some(true))
 }
 
 /// The loop with samples used `more` ticks later; where scheduled, as `link.delay_periods` would: centralized, those on

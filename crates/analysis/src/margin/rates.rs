@@ -9,7 +9,7 @@ use crate::sweep::SweepError;
 /// Network periods of more ticks are not tried.
 const MOST_TICKS: u64 = 256;
 
-pub(super) fn margins(scene: &Scene) -> Result<Vec<RateMargin>, SweepError> {
+pub(super) fn margins(scene: &Scene, notes: &mut Vec<String>) -> Result<Vec<RateMargin>, SweepError> {
     let (control, network) = (scene.rates.control_hz, scene.rates.network_hz);
     let schedule = scene.schedule();
     let (ticks, steps) = (schedule.ticks_per_pattern(), schedule.steps_per_pattern());
@@ -25,12 +25,23 @@ pub(super) fn margins(scene: &Scene) -> Result<Vec<RateMargin>, SweepError> {
         Some(slower)
     });
     let control_hz = lowest(slower_control, |scene| scene.rates.control_hz.hz())?;
-    let margin = |key: &str, found: Lowest, present: Rate| {
+    let mut margin = |key: &str, found: Lowest, present: Rate| {
         let hz = match found {
             Lowest::At(hz) => Some(hz),
             // Not even one step lower.
             Lowest::Present => Some(present.hz()),
-            Lowest::Unknown => None,
+            Lowest::NoneTooLow(tried) => {
+                let tried = tried.map_or_else(
+                    || "no lower rate fits the other one".to_owned(),
+                    |hz| format!("the scene is stable down to {hz:.4} Hz, the lowest that was tried"),
+                );
+                notes.push(format!("No limit of {key} was found: {tried}."));
+                None
+            }
+            Lowest::TooLarge(hz) => {
+                notes.push(format!("No limit of {key} was found: at {hz:.4} Hz the loop is too large."));
+                None
+            }
         };
         RateMargin { key: key.to_owned(), hz, factor: hz.map(|hz| hz / present.hz()) }
     };
@@ -40,7 +51,10 @@ pub(super) fn margins(scene: &Scene) -> Result<Vec<RateMargin>, SweepError> {
 enum Lowest {
     At(f64),
     Present,
-    Unknown,
+    /// With the lowest rate that was tried, Hz.
+    NoneTooLow(Option<f64>),
+    /// At this rate, Hz.
+    TooLarge(f64),
 }
 
 /// The last of a row of ever slower scenes before the first that is unstable.
@@ -48,14 +62,13 @@ fn lowest(
     scenes: impl Iterator<Item = Option<Scene>>,
     hz: impl Fn(&Scene) -> f64,
 ) -> Result<Lowest, SweepError> {
-    let mut last = Lowest::Present;
-    for scene in scenes {
-        let Some(scene) = scene else { return Ok(Lowest::Unknown) };
+    let mut last = None;
+    for scene in scenes.map_while(|scene| scene) {
         match is_stable(&scene)? {
-            Some(true) => last = Lowest::At(hz(&scene)),
-            Some(false) => return Ok(last),
-            None => return Ok(Lowest::Unknown),
+            Some(true) => last = Some(hz(&scene)),
+            Some(false) => return Ok(last.map_or(Lowest::Present, Lowest::At)),
+            None => return Ok(Lowest::TooLarge(hz(&scene))),
         }
     }
-    Ok(Lowest::Unknown)
+    Ok(Lowest::NoneTooLow(last))
 }

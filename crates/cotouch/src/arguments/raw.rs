@@ -252,7 +252,9 @@ enum Analyze {
 The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
 the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
 
-With --sweep the answer is a map, with its boundary; --out map.svg writes it as a picture, other endings as text or JSON.
+With --sweep the answer is a map, with its boundary; LO may be above HI. --out map.svg writes it as a picture, map.csv as a \
+table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \
+of different rates cannot be compared.
 
 Example:
   cotouch analyze stability grasp
@@ -273,8 +275,9 @@ Example:
     /// How far every gain, the delay, the rates and the loss of packets are from instability
     #[command(after_help = "\
 A factor of 1.7 says: this gain alone may grow 1.7-fold before the worst contact mode turns unstable. The delay is the \
-largest one, in network periods, up to which the scene is stable; the loss rate is the share of lost packets at which \
-the mean square of the motion stops dying out.
+largest one, in network periods, up to which the scene is stable, from its own delay upwards (beyond the next one it may \
+be stable again); its fraction counts ticks, as link.impairment.latency_s does with link.play_out=on-arrival. The \
+loss rate is the share of lost packets at which the mean square of the motion stops dying out.
 
 Example:
   cotouch analyze margin single-axis")]
@@ -564,8 +567,26 @@ impl Flags {
             Some(Subcommands::Scene { what: SceneCommand::Schema }) => Command::SceneSchema,
         };
         let output = Output { json: self.common.json, file: self.common.out };
+        check_ending(&command, &output)?;
         Ok(Invocation { command, overrides: self.common.overrides, output })
     }
+}
+
+/// Only some commands draw or make tables.
+fn check_ending(command: &Command, output: &Output) -> Result<(), String> {
+    let Some(file) = &output.file else { return Ok(()) };
+    let ending = file.extension().and_then(|ending| ending.to_str()).unwrap_or_default();
+    let makes = match command {
+        Command::Stability { sweeps, .. } if !sweeps.is_empty() => &["svg", "csv"][..],
+        Command::LocalModel(LocalModel::Step(_)) => &["svg", "csv"],
+        Command::Admittance { .. } => &["svg"],
+        _ => &[],
+    };
+    if ["svg", "csv", "png", "pdf"].contains(&ending) && !makes.contains(&ending) {
+        let file = file.display();
+        return Err(format!("--out {file}: this command makes no .{ending}; .txt and .json are possible"));
+    }
+    Ok(())
 }
 
 impl Analyze {

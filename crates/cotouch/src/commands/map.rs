@@ -86,6 +86,13 @@ fn text(title: &str, map: &StabilityMap) -> String {
     } else if stable == points {
         let _ = writeln!(text, "The scene is stable all over this range; there is no boundary in it.");
     }
+    let sweeps_a_rate = |sweep: &Sweep| sweep.key.starts_with("rates.");
+    if map.spectral_radius.is_some() && (sweeps_a_rate(&map.x) || map.y.as_ref().is_some_and(sweeps_a_rate)) {
+        let _ = writeln!(
+            text,
+            "note: a spectral radius is per pattern of ticks and network steps, and patterns of other rates take other times."
+        );
+    }
     text
 }
 

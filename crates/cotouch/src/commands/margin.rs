@@ -29,11 +29,12 @@ fn text(title: &str, margins: &Margins) -> String {
     if margins.stable {
         let delay = margins.delay_periods.map(|periods| format!("{periods} network periods"));
         let loss = margins.loss_rate.map(|rate| format!("{:.3} % of packets", 100.0 * rate));
-        let _ = writeln!(text, "stays stable up to a delay of  {}", delay.unwrap_or_else(none));
-        let _ = writeln!(text, "and up to a loss of            {}", loss.unwrap_or_else(none));
+        let untold = || "see the notes".to_owned();
+        let _ = writeln!(text, "stays stable up to a delay of  {}", delay.unwrap_or_else(untold));
+        let _ = writeln!(text, "and up to a loss of            {}", loss.unwrap_or_else(untold));
         for rate in &margins.rates {
             let hz = rate.hz.map(|hz| format!("{hz:.4} Hz"));
-            let _ = writeln!(text, "and down to {:<18} {}", rate.key, hz.unwrap_or_else(none));
+            let _ = writeln!(text, "and down to {:<18} {}", rate.key, hz.unwrap_or_else(untold));
         }
         let _ = writeln!(
             text,

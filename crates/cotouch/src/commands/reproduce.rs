@@ -110,7 +110,7 @@ const STYLE: &str = "
 :root { color-scheme: light dark; }
 body { font: 16px/1.5 system-ui, sans-serif; max-width: 76rem; margin: 2rem auto; padding: 0 1rem; }
 section { border-top: 1px solid #8884; padding: 1rem 0 2rem; }
-table { border-collapse: collapse; } td, th { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; }
+table { border-collapse: collapse; } td:first-child { white-space: nowrap; } td, th { text-align: left; vertical-align: top; padding: .25rem .9rem .25rem 0; }
 svg { max-width: 100%; height: auto; background: white; border-radius: 6px; }
 code { background: #8882; padding: .1rem .3rem; border-radius: 4px; overflow-wrap: anywhere; }
 .good { color: #15803d; } .bad { color: #c2410c; } .id { opacity: .6; font-weight: normal; }
@@ -120,7 +120,7 @@ fn page(items: &[Item]) -> String {
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width\">\n<title>cotouch: reproduced</title>\n\
-         <style>{STYLE}</style></head><body>\n<h1>What the seeds print, and what comes out here</h1>\n"
+         <style>{STYLE}</style></head><body>\n<h1>What the two works print, and what comes out here</h1>\n"
     );
     contents(&mut page, items);
     for item in items {

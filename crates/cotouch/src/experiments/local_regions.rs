@@ -187,7 +187,7 @@ fn area_panel(hold: SurfaceHold, title: &str) -> anyhow::Result<Panel> {
         panel.series.push(Series::solid("", index, closed));
         panel.regions.push(Region { label: format!("{name} force"), colour: index, polygons: vec![polygon] });
     }
-    panel.series.push(Series::dashed("(9) as printed", 7, PRINTED.to_vec()));
+    panel.series.push(Series::dashed("(9) as printed, for a zero-order hold", 7, PRINTED.to_vec()));
     Ok(panel)
 }
 

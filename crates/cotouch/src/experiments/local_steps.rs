@@ -208,7 +208,7 @@ fn figure_9() -> anyhow::Result<Outcome> {
     ];
     let [two_sided, _] = panels(&two, &grows, "the local model pushes and pulls", "");
     let [mut one_sided, _] = panels(&one, &cycles, "the local model only pushes", "");
-    one_sided.series[2] = Series::solid("surface", 1, curve(&one, &cycles, |sample| 1e3 * sample.surface_m));
+    one_sided.series[2] = Series::solid("surface", 0, curve(&one, &cycles, |sample| 1e3 * sample.surface_m));
     let headline = "Figure 9: K_o = 0.2 N/mm, K_h = 0.22 N/mm, the hand steps 25 mm";
     Ok(Outcome {
         seed_value: json!("unstable by (4)"),

@@ -57,9 +57,12 @@ impl Scale {
     fn label(self, place: f64) -> String {
         let value = match self {
             // What differs from 0 by rounding only.
-            Self::Linear => (place * 1e9).round() / 1e9,
+            Self::Linear => (place * 1e9).round() / 1e9 + 0.0,
             Self::Logarithmic => 10f64.powf(place),
         };
+        if self == Self::Logarithmic && value < 0.99e-3 {
+            return format!("{value:.0e}");
+        }
         let digits = if value == 0.0 { 0 } else { (2 - value.abs().log10().floor() as i32).clamp(0, 9) };
         let text = format!("{value:.*}", digits as usize);
         if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }

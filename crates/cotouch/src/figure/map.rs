@@ -82,7 +82,7 @@ pub(crate) fn frame(x: &Sweep, y: &Sweep) -> Series {
     };
     let ((left, right), (low, high)) = (ends(x), ends(y));
     let corners = vec![(left, low), (right, low), (right, high), (left, high), (left, low)];
-    Series::solid("", FRAME, corners)
+    Series::dashed("edge of the sweep", FRAME, corners)
 }
 
 /// Closed curves as one that goes from each to the next and back again: filled by its winding number, as SVG does, holes
