@@ -2,7 +2,7 @@
 //!
 //! Where swept keys are gains or masses of a loop without preload, every number of the compiled loops is a product of
 //! polynomials of first degree in each key or its reciprocal. That is checked once, on points apart from those that
-//! the polynomials were made from; then points need no compiling ([`template`]). Everywhere else, and wherever a number
+//! the polynomials were made from; then points need no compiling (`template`). Everywhere else, and wherever a number
 //! vanishes (and with it a force, a wall, a contact mode), a point is a scene that is compiled and analysed like any.
 
 mod forms;

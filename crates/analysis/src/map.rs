@@ -1,7 +1,7 @@
 //! Stability maps: where in the plane of two keys a scene is stable.
 //!
 //! The verdict at every point of the map is that of the analysis at this point. Without the radii, most points get
-//! theirs from their surroundings where these leave no room for another one ([`adaptive`]); tests hold such maps to
+//! theirs from their surroundings where these leave no room for another one (`adaptive`); tests hold such maps to
 //! those in which every point was analysed. Where neighbours differ, the crossing between them is computed, and the
 //! crossings are joined to curves.
 

@@ -93,7 +93,9 @@ fn figure(cases: &[(&str, &Push)]) -> anyhow::Result<String> {
     let series = |of: fn(&Push, usize) -> f64| {
         let one = |(index, (name, push)): (usize, &(&str, &Push))| {
             let times = &push.run.hosts[push.host].time_s;
-            Series::solid(name, index, curve(times, |at| of(push, at)))
+            // Dashed where the curve before it may lie below.
+            let dashed = index == 1;
+            Series { dashed, ..Series::solid(name, index, curve(times, |at| of(push, at))) }
         };
         cases.iter().enumerate().map(one).collect::<Vec<_>>()
     };
