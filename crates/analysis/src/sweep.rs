@@ -46,7 +46,7 @@ pub enum SweepError {
     #[error("{0} is swept twice; the two directions of a map need different keys")]
     Twice(String),
     /// The scene does not allow a value.
-    #[error("{}", .0.to_string().replace("--set ", "--sweep "))]
+    #[error(transparent)]
     Scene(#[from] SceneErrors),
     /// A point cannot be analysed.
     #[error(transparent)]

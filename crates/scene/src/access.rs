@@ -101,5 +101,5 @@ fn unknown_key(key: &str, number: f64) -> SceneError {
 }
 
 fn place(key: &str, number: f64) -> Place {
-    Place::Override(format!("{key}={}", plain(number)).into())
+    Place::Number(format!("{key}={}", plain(number)).into())
 }

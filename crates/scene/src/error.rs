@@ -15,6 +15,8 @@ pub enum Place {
     },
     /// In an override, as `--set` takes it: `KEY=VALUE`.
     Override(Arc<str>),
+    /// In a number that a program gives to a key: `KEY=VALUE`.
+    Number(Arc<str>),
 }
 
 impl Place {
@@ -27,7 +29,7 @@ impl Place {
     pub(crate) fn order(&self) -> (bool, Option<usize>) {
         match self {
             Self::File { line, .. } => (false, *line),
-            Self::Override(_) => (true, None),
+            Self::Override(_) | Self::Number(_) => (true, None),
         }
     }
 }
@@ -38,6 +40,7 @@ impl fmt::Display for Place {
             Self::File { label, line: Some(line) } => write!(formatter, "{label}:{line}"),
             Self::File { label, line: None } => formatter.write_str(label),
             Self::Override(text) => write!(formatter, "--set {text}"),
+            Self::Number(text) => write!(formatter, "{text}"),
         }
     }
 }

@@ -136,7 +136,7 @@ fn include_link(tree: &mut Table, base: Option<&Path>) -> Result<(), Vec<SceneEr
     };
     let Content::Text(name) = &node.content else { return Err(refuse("the path of a link file")) };
     let path = match (&node.place, base) {
-        (Place::Override(_), _) => PathBuf::from(name),
+        (Place::Override(_) | Place::Number(_), _) => PathBuf::from(name),
         (Place::File { .. }, Some(base)) => base.join(name),
         (Place::File { .. }, None) => return Err(refuse("left out, because this scene is not in a file")),
     };
