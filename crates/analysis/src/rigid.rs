@@ -37,8 +37,17 @@ pub(crate) struct Structure {
     pub(crate) dragged: usize,
     /// Translations of what no stiffness ties to the rest of its part: it stays where it is put.
     pub(crate) loose: Vec<DVector<f64>>,
+    /// To which relative accuracy these are eigenvectors of a computed map.
+    pub(crate) rounding: f64,
     /// All translations.
     still: Vec<DVector<f64>>,
+}
+
+/// What rounding does to speeds adds up over the ticks of a pattern, and once more in positions.
+fn rounding(spec: &LoopSpec) -> f64 {
+    const UP_TO_1000_TICKS: f64 = 1e-9;
+    let thousands = spec.schedule.ticks_per_pattern() as f64 / 1000.0;
+    UP_TO_1000_TICKS * thousands.powi(2).max(1.0)
 }
 
 /// Whether no force ties the copies of some object to each other.
@@ -61,7 +70,7 @@ impl Structure {
     pub(crate) fn new(spec: &LoopSpec, layout: &Layout, map: &DMatrix<f64>) -> Self {
         let period_s = spec.schedule.control().period_s();
         let coasting: Vec<_> = spec.bodies.iter().map(|body| coasting(body, period_s)).collect();
-        let mut structure = Self::default();
+        let mut structure = Self { rounding: rounding(spec), ..Self::default() };
         let parts = Ties::parts(spec);
         let mut axes: Vec<Dof> = spec.bodies.iter().flat_map(|body| body.axes).copied().collect();
         axes.sort_unstable();

@@ -306,7 +306,7 @@ fn eigenvalues_of_rest(
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
         debug_assert!(
-            is_eigenvector(&matrix, &vector),
+            is_eigenvector(&matrix, &vector, structure.rounding),
             "a structural vector must belong to the eigenvalue 1"
         );
         let (reduced, reflection) = deflate(&matrix, &vector);
@@ -322,11 +322,9 @@ fn eigenvalues_of_rest(
     of_balanced(&matrix)
 }
 
-/// Whether `A·v = v`. A vector that does not belong there is off by about its own size; rounding, which a balanced map of
-/// thousands of ticks shows magnified, by far less.
-fn is_eigenvector(matrix: &DMatrix<f64>, vector: &DVector<f64>) -> bool {
-    const ROUNDING: f64 = 1e-5;
-    (matrix * vector - vector).norm() <= ROUNDING * (1.0 + matrix.norm()) * vector.norm()
+/// Whether `A·v = v`, to a relative `rounding`.
+fn is_eigenvector(matrix: &DMatrix<f64>, vector: &DVector<f64>, rounding: f64) -> bool {
+    (matrix * vector - vector).norm() <= rounding * (1.0 + matrix.norm()) * vector.norm()
 }
 
 fn nearest_to_one(eigenvalues: &[Complex<f64>]) -> Option<f64> {
