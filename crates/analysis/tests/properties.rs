@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{spring, table_6_1, way, with_ratio, with_users};
+use common::{any_scene, spring, table_6_1, with_ratio, with_users};
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::stability::{analyze, analyze_loop};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Architecture, Coordination, Integrator, PlayOut, Scene};
+use cotouch_scene::scene::{Action, Architecture, Coordination};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -29,39 +29,6 @@ fn assert_same_spectrum(one: &LoopSpec, other: &LoopSpec) {
     for (a, b) in power_sums(&one, count).into_iter().zip(power_sums(&other, count)) {
         assert!((a - b).abs() <= 1e-8 * (1.0 + a.abs()), "{a} {b}");
     }
-}
-
-fn any_scene() -> impl Strategy<Value = Scene> {
-    let shape = (any::<bool>(), 2u8..4, 0u32..4, 1u32..9, any::<[bool; 4]>());
-    let gains = (10.0..2000.0, 0.0..20.0, 10.0..300.0, 0.0..10.0, 0.05..0.5, -1.0..5.0);
-    (shape, gains, prop::array::uniform4(0.0..0.006)).prop_map(|(shape, gains, latencies)| {
-        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival]) = shape;
-        let (k1, b1, k2, b2, mass_kg, damping_n_s_per_m) = gains;
-        let architecture = if distributed { Architecture::Distributed } else { Architecture::Centralized };
-        let mut scene = with_ratio(with_users(table_6_1(architecture), users), ratio);
-        scene.coupling.hand_object = spring(k1, b1);
-        scene.coupling.remote_hand_object = spring(k2, b2);
-        scene.coupling.object_object = spring(k2, b1);
-        scene.hand.mass_kg = mass_kg;
-        scene.object.damping_n_s_per_m = damping_n_s_per_m;
-        scene.link.delay_periods = n;
-        if grounded {
-            scene.hand.stiffness_n_per_m = 100.0;
-        }
-        if average {
-            scene.session.coordination = Coordination::Average;
-        }
-        if euler {
-            scene.session.integrator = Integrator::SemiImplicitEuler;
-        }
-        if on_arrival {
-            scene.link.play_out = PlayOut::OnArrival;
-        }
-        let [a, b, c, d] = latencies;
-        scene.link.ways = vec![way(0, 1, a), way(1, 0, b)];
-        scene.link.impairment.latency_s = c.min(d);
-        scene
-    })
 }
 
 proptest! {

@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{grasp, spring, table_6_1, way, with_ratio, with_users};
+use common::{any_scene, grasp, spring, with_ratio};
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::diagram::{
     BlockId, Clock, Diagram, DiagramError, DiagramMap, Element, Law, Linear, Plant, Route, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::{Estimate, LoopSpec};
-use cotouch_scene::scene::{Architecture, Coordination, Integrator, PlayOut, Scene, VelocityEstimate};
+use cotouch_scene::scene::{Architecture, PlayOut, Scene, VelocityEstimate};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -22,39 +22,14 @@ fn assert_close(found: &DMatrix<f64>, expected: &DMatrix<f64>) -> Result<(), Tes
 const VELOCITIES: [VelocityEstimate; 3] =
     [VelocityEstimate::Exact, VelocityEstimate::Difference, VelocityEstimate::Filtered];
 
-fn any_scene() -> impl Strategy<Value = Scene> {
-    let shape = (any::<bool>(), 2u8..4, 0u32..4, 1u32..9, any::<[bool; 5]>(), 0usize..3);
-    let gains = (10.0..2000.0, 0.0..20.0, 10.0..300.0, 0.0..10.0, 0.05..0.5, -1.0..5.0);
-    (shape, gains, prop::array::uniform4(0.0..0.006)).prop_map(|(shape, gains, latencies)| {
-        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival, uneven], velocity) = shape;
-        let (k1, b1, k2, b2, mass_kg, damping_n_s_per_m) = gains;
-        let architecture = if distributed { Architecture::Distributed } else { Architecture::Centralized };
-        let mut scene = with_ratio(with_users(table_6_1(architecture), users), ratio);
+/// With sensors of every kind, and rates whose ratio is not always whole.
+fn any_session() -> impl Strategy<Value = Scene> {
+    (any_scene(), any::<bool>(), 0usize..3).prop_map(|(mut scene, uneven, velocity)| {
         if uneven {
+            let ratio = scene.schedule().ticks_per_pattern();
             scene.rates.network_hz = format!("{}/{}", 1024 * 2, 2 * ratio + 1).parse().unwrap();
         }
-        scene.coupling.hand_object = spring(k1, b1);
-        scene.coupling.remote_hand_object = spring(k2, b2);
-        scene.coupling.object_object = spring(k2, b1);
-        scene.hand.mass_kg = mass_kg;
-        scene.object.damping_n_s_per_m = damping_n_s_per_m;
-        scene.link.delay_periods = n;
         scene.device.velocity = VELOCITIES[velocity];
-        if grounded {
-            scene.hand.stiffness_n_per_m = 100.0;
-        }
-        if average {
-            scene.session.coordination = Coordination::Average;
-        }
-        if euler {
-            scene.session.integrator = Integrator::SemiImplicitEuler;
-        }
-        if on_arrival {
-            scene.link.play_out = PlayOut::OnArrival;
-        }
-        let [a, b, c, d] = latencies;
-        scene.link.ways = vec![way(0, 1, a), way(1, 0, b)];
-        scene.link.impairment.latency_s = c.min(d);
         scene
     })
 }
@@ -259,7 +234,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 40, failure_persistence: None, ..ProptestConfig::default() })]
 
     #[test]
-    fn the_routes_agree_on_scenes(scene in any_scene()) {
+    fn the_routes_agree_on_scenes(scene in any_session()) {
         let spec = &compile(&scene)[0].spec;
         assert_routes_agree(spec, is_nested(&scene, spec))?;
     }

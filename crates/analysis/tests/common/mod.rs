@@ -3,10 +3,11 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
-    Action, Architecture, Coupling, Finger, Impairment, RotationalSpringDamper, Scene, ShapeKind, Space,
-    SpringDamper, User, WallSides, Way,
+    Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, PlayOut,
+    RotationalSpringDamper, Scene, ShapeKind, Space, SpringDamper, User, WallSides, Way,
 };
 use glam::DVec3;
+use proptest::prelude::*;
 
 pub(crate) fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
     SpringDamper { stiffness_n_per_m, damping_n_s_per_m }
@@ -107,4 +108,38 @@ pub(crate) fn grasp(architecture: Architecture) -> Scene {
 
 pub(crate) fn grasp_action(force_n: f64) -> Action {
     Action::Grasp { body: "object".into(), force_n, speed_m_per_s: 0.05, duration_s: 2.0 }
+}
+
+/// Scenes on a line, of either architecture.
+pub(crate) fn any_scene() -> impl Strategy<Value = Scene> {
+    let shape = (any::<bool>(), 2u8..4, 0u32..4, 1u32..9, any::<[bool; 4]>());
+    let gains = (10.0..2000.0, 0.0..20.0, 10.0..300.0, 0.0..10.0, 0.05..0.5, -1.0..5.0);
+    (shape, gains, prop::array::uniform4(0.0..0.006)).prop_map(|(shape, gains, latencies)| {
+        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival]) = shape;
+        let (k1, b1, k2, b2, mass_kg, damping_n_s_per_m) = gains;
+        let architecture = if distributed { Architecture::Distributed } else { Architecture::Centralized };
+        let mut scene = with_ratio(with_users(table_6_1(architecture), users), ratio);
+        scene.coupling.hand_object = spring(k1, b1);
+        scene.coupling.remote_hand_object = spring(k2, b2);
+        scene.coupling.object_object = spring(k2, b1);
+        scene.hand.mass_kg = mass_kg;
+        scene.object.damping_n_s_per_m = damping_n_s_per_m;
+        scene.link.delay_periods = n;
+        if grounded {
+            scene.hand.stiffness_n_per_m = 100.0;
+        }
+        if average {
+            scene.session.coordination = Coordination::Average;
+        }
+        if euler {
+            scene.session.integrator = Integrator::SemiImplicitEuler;
+        }
+        if on_arrival {
+            scene.link.play_out = PlayOut::OnArrival;
+        }
+        let [a, b, c, d] = latencies;
+        scene.link.ways = vec![way(0, 1, a), way(1, 0, b)];
+        scene.link.impairment.latency_s = c.min(d);
+        scene
+    })
 }
