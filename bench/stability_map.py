@@ -10,9 +10,9 @@ process or on all cores. The better of them is what cotouch is compared with.
 The times of cotouch are of the whole process, with reading the scene and writing the JSON; those of NumPy are of the
 computation alone. Verdicts must be equal, radii within 1e-9.
 
-    python3 -m venv /tmp/venv && /tmp/venv/bin/pip install numpy
+    python3 -m venv .venv && .venv/bin/pip install numpy
     cargo build --release
-    /tmp/venv/bin/python bench/stability_map.py --cotouch target/release/cotouch
+    .venv/bin/python bench/stability_map.py --cotouch target/release/cotouch
 """
 
 import os
