@@ -321,7 +321,7 @@ fn numbers_can_be_read_and_changed_one_by_one() {
     let error = |key, number| with_override(&scene, key, number).unwrap_err().to_string();
     assert_eq!(
         error("hand.mass_kg", f64::NAN),
-        "--set hand.mass_kg=NaN: hand.mass_kg is NaN; it must be a number from 0.0001 to 1000 (kg)"
+        "hand.mass_kg=NaN: hand.mass_kg is NaN; it must be a number from 0.0001 to 1000 (kg)"
     );
     assert!(error("hand.mas_kg", 1.0).ends_with("did you mean hand.mass_kg?"));
     assert!(error("rates.network_hz", 2048.0).contains("at most rates.control_hz (1024 Hz)"));
