@@ -1,6 +1,7 @@
 //! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
 
-use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
+use arrayvec::ArrayVec;
+use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrench};
 use glam::DVec3;
 
 /// What the user of a device can see: where the bodies of the own host's world are.
@@ -42,6 +43,11 @@ pub trait Device: Send {
         let _ = view;
     }
 
+    /// Where a pointer draws each finger, m, world; empty when none does. For displays: nothing computes with it.
+    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
+        ArrayVec::new()
+    }
+
     /// The readings at the instant of haptic tick `tick`, one a finger. Ticks do not decrease from call to call, but the
     /// real-time loop may skip some. Reading twice at one tick before writing gives the same answer twice.
     ///
@@ -80,6 +86,10 @@ impl<D: Device + ?Sized> Device for Box<D> {
 
     fn observe(&mut self, view: &WorldView<'_>) {
         (**self).observe(view);
+    }
+
+    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
+        (**self).drawn_to()
     }
 
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {

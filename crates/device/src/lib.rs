@@ -7,6 +7,7 @@
 //! - [`finger`]: each is `m·x″ = u − (k_h + k_track)·(x − rest) − (b_h + b_track)·v` with
 //!   `u = f_script + k_track·(x_target − rest) + b_track·v_target + f_device` held from tick to tick, exact in between
 //!   ([`plant`]), on a mechanism with encoders, motors, stops, and links that may have inertia;
+//! - [`guided`]: a user whose fingers a pointer draws, while there is one;
 //! - [`script`]: what the user does; paths ([`target`]) are those of least jerk;
 //! - [`governor`]: finite, `|f| ≤ F_max`, `|Δf| ≤ slew·T`, soft start and release, whatever comes in; and bit for bit
 //!   what was requested when nothing acts ([`acted`]); one a finger;
@@ -46,6 +47,7 @@ pub mod device;
 pub mod energy;
 pub mod finger;
 pub mod governor;
+pub mod guided;
 mod linked;
 pub mod plant;
 pub mod script;

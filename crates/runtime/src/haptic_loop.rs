@@ -227,6 +227,11 @@ fn fingers(host: HostIndex, record: &TickRecord) -> ArrayVec<FingerSnapshot, MAX
         reading,
         commanded,
         contact: record.contact_of(host, index).map_or(Phase::Free, |contact| contact.phase),
+        proxy: None,
+        target: None,
+        governor_acted: record.governor_acted.get(index).copied().unwrap_or_default(),
+        governor_gain: record.governor_gain.get(index).copied().unwrap_or_default(),
+        energy_j: 0.0,
     };
     record.readings.iter().zip(&record.commanded).enumerate().map(finger).collect()
 }
@@ -247,6 +252,7 @@ impl HapticHost {
             ticks: self.timing.ticks,
             missed: self.timing.missed,
             lateness_us: record.lateness_ns as f64 * 1e-3,
+            energy_j: record.energy_j,
             links: ArrayVec::new(),
         };
         self.snapshot.publish();

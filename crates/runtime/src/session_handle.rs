@@ -12,7 +12,7 @@ use cotouch_scene::scene::Scene;
 
 use crate::haptic_loop::{Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
-use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
+use crate::snapshot::{HostSnapshot, Lately, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
 use crate::transport::Transport;
@@ -141,7 +141,7 @@ impl SessionHandle {
             Verdict::UNSTABLE => Some(false),
             _ => None,
         };
-        Snapshot { time_s, stable, ended: self.has_ended(), hosts }
+        Snapshot { time_s, stable, lately: Lately::default(), ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a

@@ -8,6 +8,7 @@ use cotouch_host::model::{MAX_BODIES, MAX_USERS};
 use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::contact::Phase;
+use glam::DVec3;
 use serde::Serialize;
 
 /// A session right now.
@@ -17,10 +18,21 @@ pub struct Snapshot {
     pub time_s: f64,
     /// Whether the run has stayed stable so far; `None` while it is too early to say.
     pub stable: Option<bool>,
+    /// What the last seconds were like.
+    pub lately: Lately,
     /// Whether the session is over; the numbers are the last ones.
     pub ended: bool,
     /// Every host that this process knows of.
     pub hosts: Vec<HostSnapshot>,
+}
+
+/// The last seconds of a session, whatever came before them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Lately {
+    /// Whether they were stable; `None` while it is too early to say.
+    pub stable: Option<bool>,
+    /// Energy that all hosts' couplers hold above 8 Hz, over the last half second, J.
+    pub oscillation_j: f64,
 }
 
 /// One host right now. Vectors are in the world frame.
@@ -42,8 +54,10 @@ pub struct HostSnapshot {
     pub ticks: u64,
     /// Ticks skipped so far.
     pub missed: u64,
-    /// How late the last tick began, µs (0 in virtual time).
+    /// How late the latest tick since the last snapshot began, µs (0 in virtual time).
     pub lateness_us: f64,
+    /// Energy that the user has put into the session so far, J.
+    pub energy_j: f64,
     /// What this host knows of the ways to its peers.
     pub links: ArrayVec<LinkSnapshot, MAX_USERS>,
 }
@@ -60,6 +74,7 @@ impl Default for HostSnapshot {
             ticks: 0,
             missed: 0,
             lateness_us: 0.0,
+            energy_j: 0.0,
             links: ArrayVec::new(),
         }
     }
@@ -74,6 +89,16 @@ pub struct FingerSnapshot {
     pub commanded: Wrench,
     /// What it does at the body that it touches; a client, whose server knows, says free.
     pub contact: Phase,
+    /// Where on the surface it is held, m; `None` when it touches nothing.
+    pub proxy: Option<DVec3>,
+    /// Where a pointer draws it, m; `None` when none does.
+    pub target: Option<DVec3>,
+    /// Which of the governor's limits acted, as bits.
+    pub governor_acted: u32,
+    /// The governor's gain, 0 (released) to 1.
+    pub governor_gain: f64,
+    /// Energy that the user has put in at this finger so far, J.
+    pub energy_j: f64,
 }
 
 /// One host's view of the way to a peer and back.

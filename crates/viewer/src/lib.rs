@@ -8,22 +8,11 @@
 //! The page makes no request to any other host. A page from another origin cannot read the session: the `Origin` and
 //! `Host` of a request must be this server's, by address or as `localhost`.
 //!
-//! ```no_run
-//! use cotouch_runtime::snapshot::Snapshot;
-//! use cotouch_viewer::{About, Viewer};
-//!
-//! # fn show(scene: &cotouch_scene::scene::Scene) -> Result<(), cotouch_viewer::ViewerError> {
-//! let about = About::new(scene, || serde_json::json!({ "stable": true, "spectral_radius": 0.98 }));
-//! let viewer = Viewer::start("127.0.0.1:7700".parse().unwrap(), about, Snapshot::default)?;
-//! println!("see http://{}", viewer.address());
-//! # Ok(())
-//! # }
-//! ```
-
 mod about;
-mod live;
 mod manners;
+pub mod picture;
+pub mod predictor;
+pub mod protocol;
 mod server;
 
-pub use about::About;
-pub use server::{Viewer, ViewerError};
+pub use server::{Base, Show, Viewer, ViewerError};

@@ -2,23 +2,22 @@
 
 use std::io;
 use std::net::{SocketAddr, TcpListener};
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread::JoinHandle;
 
 use axum::Router;
-use axum::extract::{Request, State, WebSocketUpgrade};
-use axum::http::{StatusCode, header};
+use axum::extract::Request;
+use axum::http::StatusCode;
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use cotouch_runtime::snapshot::SnapshotSource;
-use tokio::sync::{Semaphore, oneshot};
+use cotouch_runtime::live::LiveSession;
+use cotouch_scene::Override;
+use tokio::sync::oneshot;
 
-use crate::about::About;
-use crate::{live, manners};
-
-/// Pages that may watch at a time.
-const MOST_BROWSERS: usize = 32;
+use crate::manners;
+use crate::predictor::Predictor;
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
@@ -46,11 +45,21 @@ pub struct Viewer {
     thread: Option<JoinHandle<()>>,
 }
 
-/// What requests share.
-pub(crate) struct Session {
-    pub(crate) about: About,
-    pub(crate) source: Box<dyn SnapshotSource>,
-    places: Arc<Semaphore>,
+/// Where the scene of a session comes from, so that it can be had with other settings.
+#[derive(Clone, Debug)]
+pub struct Base {
+    /// A built-in scene or a file.
+    pub scene: String,
+    /// What `--set` said.
+    pub overrides: Vec<Override>,
+}
+
+/// What a page shows.
+pub enum Show {
+    /// A running session; with a base, its settings can be changed and predicted.
+    Live(Arc<LiveSession>, Option<Base>),
+    /// Recordings, one or two.
+    Replay(Vec<PathBuf>),
 }
 
 impl Viewer {
@@ -60,8 +69,8 @@ impl Viewer {
     /// When the address is taken or the system refuses it. The session can go on without a viewer.
     pub fn start(
         address: SocketAddr,
-        about: About,
-        source: impl SnapshotSource + 'static,
+        show: Show,
+        predictor: Arc<dyn Predictor>,
     ) -> Result<Self, ViewerError> {
         let refused = |source: io::Error| match source.kind() {
             io::ErrorKind::AddrInUse => ViewerError::Taken { address },
@@ -70,8 +79,8 @@ impl Viewer {
         let listener = TcpListener::bind(address).map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
         let bound = listener.local_addr().map_err(refused)?;
-        let places = Arc::new(Semaphore::new(MOST_BROWSERS));
-        let routes = routes(Session { about, source: Box::new(source), places });
+        let _ = (show, predictor);
+        let routes = routes();
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(refused)?;
         let thread = std::thread::Builder::new()
@@ -79,6 +88,12 @@ impl Viewer {
             .spawn(move || runtime.block_on(serve(listener, routes, stopped)))
             .map_err(refused)?;
         Ok(Self { address: bound, stop: Some(stop), thread: Some(thread) })
+    }
+
+    /// Browsers that watch at this moment.
+    #[must_use]
+    pub fn watchers(&self) -> usize {
+        0
     }
 
     /// Where the page is.
@@ -109,33 +124,11 @@ async fn serve(listener: TcpListener, routes: Router, stopped: oneshot::Receiver
     }
 }
 
-fn routes(session: Session) -> Router {
+fn routes() -> Router {
     Router::new()
-        .route("/", get(|| page("text/html; charset=utf-8", include_str!("../page/index.html"))))
-        .route("/page.css", get(|| page("text/css; charset=utf-8", include_str!("../page/page.css"))))
-        .route("/page.js", get(|| page("text/javascript; charset=utf-8", include_str!("../page/page.js"))))
-        .route("/live", get(watch))
         .layer(middleware::from_fn(only_our_page))
         .route("/healthz", get(|| async { "ok\n" }))
         .layer(middleware::from_fn(with_headers))
-        .with_state(Arc::new(session))
-}
-
-async fn page(kind: &'static str, text: &'static str) -> impl IntoResponse {
-    ([(header::CONTENT_TYPE, kind)], text)
-}
-
-async fn watch(State(session): State<Arc<Session>>, upgrade: WebSocketUpgrade) -> Response {
-    let Ok(place) = Arc::clone(&session.places).try_acquire_owned() else {
-        let words = format!("{MOST_BROWSERS} pages watch this session already\n");
-        return (StatusCode::SERVICE_UNAVAILABLE, words).into_response();
-    };
-    upgrade
-        .max_message_size(live::LARGEST_MESSAGE_BYTES)
-        .max_frame_size(live::LARGEST_MESSAGE_BYTES)
-        // Nothing piles up for a slow browser beyond one picture and what the system buffers.
-        .write_buffer_size(0)
-        .on_upgrade(move |socket| live::serve(socket, session, place))
 }
 
 async fn only_our_page(request: Request, next: Next) -> Response {

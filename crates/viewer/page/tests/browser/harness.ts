@@ -1,0 +1,121 @@
+// A headless Chromium, with the page alone (a made-up server) or with the real program.
+import { spawn, type ChildProcess } from "node:child_process";
+import { mkdtemp, readFile, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { chromium, type Browser, type Page, type WebSocketRoute } from "playwright-core";
+import type { PageMessage, ServerMessage } from "../../src/protocol.ts";
+
+/** Where the browser is; Debian's place unless CHROMIUM says otherwise. */
+const CHROMIUM = process.env["CHROMIUM"] ?? "/usr/bin/chromium";
+/** The program under test. */
+const COTOUCH = process.env["COTOUCH"] ?? join(process.cwd(), "../../../target/debug/cotouch");
+
+export function launch(): Promise<Browser> {
+  return chromium.launch({
+    executablePath: CHROMIUM,
+    args: [
+      "--no-sandbox", "--no-first-run", "--disable-quic", "--disable-background-networking", "--disable-component-update",
+      "--disable-sync", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+    ],
+  });
+}
+
+/** What a made-up server does with one page. */
+export interface FakeServer {
+  page: Page;
+  /** Everything that the page said. */
+  said: PageMessage[];
+  /** What went wrong in the page. */
+  errors: string[];
+  send(message: ServerMessage): void;
+  sendPicture(bytes: ArrayBuffer): void;
+  close(code: number, reason: string): void;
+}
+
+const ORIGIN = "http://127.0.0.1:7700";
+let bundle: Promise<Map<string, { body: Buffer; contentType: string }>> | null = null;
+
+async function bundled(): Promise<Map<string, { body: Buffer; contentType: string }>> {
+  const folder = await mkdtemp(join(tmpdir(), "cotouch-page-"));
+  const build = spawn(process.execPath, [join(process.cwd(), "build.mjs"), folder], { stdio: "inherit", cwd: "/" });
+  const code = await new Promise((resolve) => build.on("exit", resolve));
+  if (code !== 0) throw new Error("the page could not be bundled");
+  const read = async (file: string, contentType: string) => ({ body: await readFile(join(folder, file)), contentType });
+  const files = new Map([
+    ["/", await read("index.html", "text/html")],
+    ["/page.js", await read("page.js", "text/javascript")],
+    ["/page.css", await read("page.css", "text/css")],
+  ]);
+  await rm(folder, { recursive: true });
+  return files;
+}
+
+/** Opens the page with a server that says nothing by itself. */
+export async function openPage(browser: Browser, size = { width: 1280, height: 800 }): Promise<FakeServer> {
+  const files = await (bundle ??= bundled());
+  const page = await browser.newPage({ viewport: size });
+  const errors: string[] = [];
+  page.on("pageerror", (error) => errors.push(error.message));
+  page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
+  await page.route(`${ORIGIN}/**`, (route) => {
+    const file = files.get(new URL(route.request().url()).pathname);
+    return file ? route.fulfill(file) : route.fulfill({ status: 404, body: "no such file" });
+  });
+  const said: PageMessage[] = [];
+  const { promise: opened, resolve: open } = withResolvers<WebSocketRoute>();
+  await page.routeWebSocket(/\/live$/, (socket) => {
+    socket.onMessage((message) => said.push(JSON.parse(String(message)) as PageMessage));
+    open(socket);
+  });
+  await page.goto(ORIGIN);
+  const socket = await opened;
+  return {
+    page, said, errors,
+    send: (message) => socket.send(JSON.stringify(message)),
+    sendPicture: (bytes) => socket.send(Buffer.from(bytes)),
+    close: (code, reason) => void socket.close({ code, reason }),
+  };
+}
+
+function withResolvers<T>(): { promise: Promise<T>; resolve: (value: T) => void } {
+  let resolve: (value: T) => void = () => {};
+  const promise = new Promise<T>((settle) => { resolve = settle; });
+  return { promise, resolve };
+}
+
+/** The real program with its page. */
+export interface Program {
+  url: string;
+  process: ChildProcess;
+  /** Everything on standard error so far. */
+  errors(): string;
+  /** Asks it to end, and waits; gives the exit status and standard output. */
+  stop(): Promise<{ status: number | null; output: string }>;
+}
+
+/** Starts `cotouch` with these arguments and a page on a free port; waits until it says where. */
+export async function startProgram(...args: string[]): Promise<Program> {
+  const child = spawn(COTOUCH, [...args, "--serve", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "pipe"] });
+  let [output, errors] = ["", ""];
+  const ended = new Promise<number | null>((resolve) => child.on("exit", (code) => resolve(code)));
+  const url = await new Promise<string>((resolve, reject) => {
+    const look = () => {
+      const found = /http:\/\/\S+/.exec(output + errors);
+      if (found) resolve(found[0]);
+    };
+    child.stdout?.on("data", (text) => { output += text; look(); });
+    child.stderr?.on("data", (text) => { errors += text; look(); });
+    child.on("error", reject);
+    void ended.then((status) => reject(new Error(`cotouch ended with ${status}: ${errors}`)));
+  });
+  return {
+    url,
+    process: child,
+    errors: () => errors,
+    stop: async () => {
+      child.kill("SIGINT");
+      return { status: await ended, output };
+    },
+  };
+}

@@ -1,0 +1,37 @@
+// Bundles the tests and runs them with Node's own runner. `node tests/run.mjs unit|browser [NAME…]`
+//
+// unit: tests/unit/*.test.ts, plain functions. browser: tests/browser/*.test.ts, in a real headless Chromium.
+import { build } from "esbuild";
+import { mkdtemp, readdir, rm } from "node:fs/promises";
+import { spawnSync } from "node:child_process";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const here = dirname(fileURLToPath(import.meta.url));
+const [kind = "unit", ...names] = process.argv.slice(2);
+const all = (await readdir(join(here, kind))).filter((file) => file.endsWith(".test.ts"));
+const chosen = names.length === 0 ? all : all.filter((file) => names.some((name) => file.includes(name)));
+if (chosen.length === 0) throw new Error(`no ${kind} tests${names.length ? ` named ${names.join(", ")}` : ""}`);
+// Beside node_modules, so that what is not bundled is found.
+const folder = await mkdtemp(join(here, "..", "node_modules", ".tests-"));
+try {
+  await build({
+    entryPoints: chosen.map((file) => join(here, kind, file)),
+    outdir: folder,
+    outExtension: { ".js": ".mjs" },
+    bundle: true,
+    platform: "node",
+    format: "esm",
+    target: ["node20"],
+    external: ["playwright-core", "esbuild"],
+    sourcemap: "inline",
+    logLevel: "warning",
+  });
+  const files = chosen.map((file) => join(folder, file.replace(/\.ts$/, ".mjs")));
+  // Browser tests share one machine with real-time sessions: one after the other.
+  const flags = ["--enable-source-maps", "--test", ...(kind === "browser" ? ["--test-concurrency=1"] : [])];
+  const result = spawnSync(process.execPath, [...flags, ...files], { stdio: "inherit", cwd: join(here, "..") });
+  process.exitCode = result.status ?? 1;
+} finally {
+  await rm(folder, { recursive: true, force: true });
+}
