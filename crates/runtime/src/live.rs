@@ -15,7 +15,8 @@ use crate::summary::Summary;
 
 /// How the next session is started when a change needs one. Recordings of sessions that have ended are kept: each has a
 /// file of its own.
-pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, crate::real_time::StartError> + Send + Sync>;
+pub type Starter =
+    Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, crate::real_time::StartError> + Send + Sync>;
 
 /// Why a change was not made; the session that ran goes on, unless it says otherwise.
 #[derive(Debug, thiserror::Error)]
