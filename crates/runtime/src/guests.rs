@@ -10,29 +10,16 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 
 use crate::hand::{Hand, HeldBy, Seat, TakeError};
-use crate::real_time::{self, RealTimeOptions, StartError};
+use crate::real_time::{self, RealTimeOptions};
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::Snapshot;
 
-/// How others come into a session.
-#[derive(Clone, Debug)]
-pub(crate) struct Entrance {
-    /// Of the first host.
-    pub(crate) server: SocketAddr,
-    /// Of every way out of this process.
-    pub(crate) impairment: Option<Impairment>,
-}
-
-impl Entrance {
-    /// Where this process reaches the server: at a loopback address where the server listens at all.
-    fn address(&self) -> SocketAddr {
-        let ip = match self.server.ip() {
-            IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
-            IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
-            ip => ip,
-        };
-        SocketAddr::new(ip, self.server.port())
-    }
+/// A place that nobody has.
+pub(crate) struct FreePlace {
+    user: HostIndex,
+    name: String,
+    server: SocketAddr,
+    impairment: Impairment,
 }
 
 /// The guests of a session.
@@ -42,31 +29,30 @@ pub(crate) struct Guests {
 }
 
 impl Guests {
-    /// Takes a hand of `host_session`, or lets a guest in at a place that is free. Blocks for as long as joining takes.
-    pub(crate) fn take(&self, host_session: &SessionHandle, user: HostIndex) -> Result<Hand, TakeError> {
-        let seats = self.seats(host_session);
-        let is_free = |seat: &&Seat| seat.user == user && seat.by == HeldBy::Nobody;
-        let (Some(seat), Some(entrance), false) =
-            (seats.iter().find(is_free), host_session.entrance(), host_session.has_ended())
-        else {
-            return host_session.take(user);
-        };
-        self.let_in(entrance, user, &seat.name)
+    /// The place of `user` in a session, if it is free and others can join.
+    pub(crate) fn free_place(&self, session: &SessionHandle, user: HostIndex) -> Option<FreePlace> {
+        let server = session.server().filter(|_| !session.has_ended())?;
+        let is_free = |seat: &Seat| seat.user == user && seat.by == HeldBy::Nobody;
+        let Seat { name, .. } = self.seats(session).into_iter().find(is_free)?;
+        Some(FreePlace { user, name, server, impairment: session.impairment().clone() })
     }
 
-    fn let_in(&self, entrance: &Entrance, user: HostIndex, name: &str) -> Result<Hand, TakeError> {
-        let not_let_in = |error: StartError| TakeError::NotLetIn { name: name.to_owned(), why: error.to_string() };
-        let options = RealTimeOptions { impairment: entrance.impairment.clone(), ..RealTimeOptions::default() };
-        let (_, session) = real_time::join(entrance.address(), Some(name), &options).map_err(not_let_in)?;
+    /// Lets a guest in. Blocks for as long as joining takes.
+    pub(crate) fn let_in(&self, place: FreePlace) -> Result<Hand, TakeError> {
+        let FreePlace { user, name, server, impairment } = place;
+        let impairment = (impairment != Impairment::NONE).then_some(impairment);
+        let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
+        let joined = real_time::join(from_here(server), Some(&name), &options);
+        let (_, session) = joined.map_err(|error| TakeError::NotLetIn { name, why: error.to_string() })?;
         let session = Arc::new(session);
         let hand = session.take(user)?;
         self.present().push(Arc::downgrade(&session));
         Ok(hand.of_guest(Guest { session }))
     }
 
-    /// Who moves which hand of `host_session`, guests included.
-    pub(crate) fn seats(&self, host_session: &SessionHandle) -> Vec<Seat> {
-        let mut seats = host_session.seats();
+    /// Who moves which hand of a session, guests included.
+    pub(crate) fn seats(&self, session: &SessionHandle) -> Vec<Seat> {
+        let mut seats = session.seats();
         for guest in self.sessions() {
             let of_guest = guest.seats().into_iter().filter(|seat| seat.by == HeldBy::Pointer);
             for seat in of_guest.filter(|_| !guest.has_ended()) {
@@ -123,6 +109,16 @@ impl Drop for Guest {
         // Where no thread can be had, the peers notice that nothing is heard any more.
         let _ = thread::Builder::new().name("guest leaves".to_owned()).spawn(move || say_goodbye(session));
     }
+}
+
+/// The address at which this process reaches a server that listens at `server`.
+fn from_here(server: SocketAddr) -> SocketAddr {
+    let ip = match server.ip() {
+        IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
+        IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
+        ip => ip,
+    };
+    SocketAddr::new(ip, server.port())
 }
 
 /// Waits until the force has faded out and nobody looks at the session any more, and leaves it.

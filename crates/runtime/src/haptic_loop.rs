@@ -47,7 +47,7 @@ pub(crate) struct Timing {
     pub(crate) compute_ns: Histogram<u64>,
     pub(crate) lateness_ns: Histogram<u64>,
     /// The largest lateness since displays were last told.
-    latest_ns: i64,
+    pub(crate) latest_ns: i64,
 }
 
 impl Timing {

@@ -18,7 +18,6 @@ use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 
 use crate::clock;
 use crate::exchange::RecordSink;
-use crate::guests::Entrance;
 use crate::hand::Place;
 use crate::haptic_loop::{self, Control, HapticHost, Timing};
 use crate::impairment::ImpairedWays;
@@ -216,8 +215,7 @@ fn start_one(
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = guided_hand(scene, host)?;
     let handle = start(scene, vec![seat], vec![device], options)?;
-    let entrance = Entrance { server, impairment: options.impairment.clone() };
-    Ok(handle.with_places(vec![place]).with_entrance(entrance))
+    Ok(handle.with_places(vec![place]).with_server(server))
 }
 
 fn take_seat(
@@ -272,7 +270,8 @@ fn start(
         .stack_size(HAPTIC_STACK_BYTES)
         .spawn(move || haptic_loop::run(haptic, rate, duration_s, &shared))
         .map_err(StartError::Thread)?;
-    Ok(SessionHandle::new(scene.clone(), control, locals, thread, recording))
+    let impairment = options.impairment.clone().unwrap_or(Impairment::NONE);
+    Ok(SessionHandle::new(scene.clone(), impairment, control, locals, thread, recording))
 }
 
 fn new_host(

@@ -1,5 +1,6 @@
 //! A running session, as the rest of the program sees it.
 
+use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -8,9 +9,8 @@ use std::time::Duration;
 use cotouch_net::session::Presence;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Impairment, Scene};
 
-use crate::guests::Entrance;
 use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
 use crate::haptic_loop::{Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
@@ -29,6 +29,7 @@ pub(crate) struct Local {
 /// A session that runs in the background. Dropping it without [`SessionHandle::finish`] stops it.
 pub struct SessionHandle {
     scene: Scene,
+    impairment: Impairment,
     control: Arc<Control>,
     locals: Mutex<Vec<Local>>,
     haptic: Option<JoinHandle<Vec<HapticHost>>>,
@@ -36,19 +37,28 @@ pub struct SessionHandle {
     /// Hands that pointers may take.
     places: Vec<Place>,
     /// Where others join, if they can.
-    entrance: Option<Entrance>,
+    server: Option<SocketAddr>,
 }
 
 impl SessionHandle {
     pub(crate) fn new(
         scene: Scene,
+        impairment: Impairment,
         control: Arc<Control>,
         locals: Vec<Local>,
         haptic: JoinHandle<Vec<HapticHost>>,
         recording: Option<RecordingThread>,
     ) -> Self {
-        let locals = Mutex::new(locals);
-        Self { scene, control, locals, haptic: Some(haptic), recording, places: Vec::new(), entrance: None }
+        Self {
+            scene,
+            impairment,
+            control,
+            locals: Mutex::new(locals),
+            haptic: Some(haptic),
+            recording,
+            places: Vec::new(),
+            server: None,
+        }
     }
 
     /// The same session, with hands that pointers may take.
@@ -57,20 +67,27 @@ impl SessionHandle {
         self
     }
 
-    /// The same session, which others can join.
-    pub(crate) fn with_entrance(mut self, entrance: Entrance) -> Self {
-        self.entrance = Some(entrance);
+    /// The same session, which others join at `server`.
+    pub(crate) fn with_server(mut self, server: SocketAddr) -> Self {
+        self.server = Some(server);
         self
     }
 
-    pub(crate) fn entrance(&self) -> Option<&Entrance> {
-        self.entrance.as_ref()
+    /// Where others join, if they can.
+    pub(crate) fn server(&self) -> Option<SocketAddr> {
+        self.server
     }
 
     /// The scene that runs.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// What every way out of this process does to packets, besides what the network does.
+    #[must_use]
+    pub fn impairment(&self) -> &Impairment {
+        &self.impairment
     }
 
     /// Asks the session to end: forces fade out, peers are told, the recording is closed.
