@@ -23,8 +23,9 @@
 pub mod clock;
 pub mod exchange;
 pub mod export;
-mod haptic_loop;
+mod guests;
 pub mod hand;
+mod haptic_loop;
 mod impairment;
 pub mod joining;
 pub mod live;
