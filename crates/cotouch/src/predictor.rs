@@ -103,7 +103,8 @@ fn refine(
         if !wanted() {
             return Err(SweepError::GivenUp);
         }
-        let at = |row: usize, column: usize| known[row - row % stride][column - column % stride] == Some(true);
+        let at =
+            |row: usize, column: usize| known[row - row % stride][column - column % stride] == Some(true);
         show((0..ys.len()).map(|row| (0..xs.len()).map(|column| at(row, column)).collect()).collect());
     }
     Ok(())
@@ -134,7 +135,12 @@ fn verdict(stability: &Stability) -> Value {
 mod tests {
     use super::*;
 
-    fn answers(scene: &str, margin: bool, map: Option<MapAxes>, wanted: &(dyn Fn() -> bool + Sync)) -> Vec<Answer> {
+    fn answers(
+        scene: &str,
+        margin: bool,
+        map: Option<MapAxes>,
+        wanted: &(dyn Fn() -> bool + Sync),
+    ) -> Vec<Answer> {
         let scene = cotouch_scene::load(scene, &[]).unwrap();
         let mut answers = Vec::new();
         let question = Question { scene, margin, map };
@@ -180,7 +186,10 @@ mod tests {
 
     #[test]
     fn what_cannot_be_answered_is_said_and_what_nobody_wants_is_left() {
-        let wrong = Some(MapAxes { x: MapAxis { key: "no.key".to_owned(), ..axes(4).unwrap().x }, y: axes(4).unwrap().y });
+        let wrong = Some(MapAxes {
+            x: MapAxis { key: "no.key".to_owned(), ..axes(4).unwrap().x },
+            y: axes(4).unwrap().y,
+        });
         let found = answers("single-axis", false, wrong, &|| true);
         assert!(matches!(&found[1..], [Answer::Failed("map", why)] if why.contains("no.key")), "{found:?}");
         assert_eq!(answers("single-axis", true, axes(4), &|| false).len(), 1);

@@ -61,15 +61,12 @@ pub(crate) fn simulate(
 
 /// Starts all hosts of `scene` in this process; its settings can be changed while it runs.
 pub(crate) fn start_local(scene: &Scene, plan: &Plan) -> anyhow::Result<LiveSession> {
-    let handle = real_time::run_local(scene, &options(plan, 1))?;
-    let plan = plan.clone();
-    let next = move |scene: &Scene, number| real_time::run_local(scene, &options(&plan, number));
-    Ok(LiveSession::changeable(handle, Box::new(next)))
+    Ok(LiveSession::run_local(scene, options(plan))?)
 }
 
 /// Starts the first host of `scene`, open to others.
 pub(crate) fn start_serving(scene: &Scene, listen: SocketAddr, plan: &Plan) -> anyhow::Result<LiveSession> {
-    Ok(LiveSession::fixed(real_time::serve(scene, listen, &options(plan, 1))?))
+    Ok(LiveSession::fixed(real_time::serve(scene, listen, &options(plan))?))
 }
 
 /// Joins a session; its scene comes from the server.
@@ -78,27 +75,16 @@ pub(crate) fn start_joining(
     user: Option<&str>,
     plan: &Plan,
 ) -> anyhow::Result<(Scene, LiveSession)> {
-    let (scene, handle) = real_time::join(server, user, &options(plan, 1))?;
+    let (scene, handle) = real_time::join(server, user, &options(plan))?;
     Ok((scene, LiveSession::fixed(handle)))
 }
 
-/// How session number `number` of this process runs; each has a recording of its own.
-fn options(plan: &Plan, number: u32) -> RealTimeOptions {
+fn options(plan: &Plan) -> RealTimeOptions {
     RealTimeOptions {
         duration_s: plan.duration_s,
-        recording: plan.recording.as_deref().map(|file| numbered(file, number)),
+        recording: plan.recording.clone(),
         impairment: plan.impairment.clone(),
     }
-}
-
-/// `run.mcap`, then `run-2.mcap`, `run-3.mcap` and so on.
-fn numbered(file: &Path, number: u32) -> PathBuf {
-    if number == 1 {
-        return file.to_owned();
-    }
-    let stem = file.file_stem().unwrap_or_default().to_string_lossy();
-    let ending = file.extension().map_or_else(String::new, |ending| format!(".{}", ending.to_string_lossy()));
-    file.with_file_name(format!("{stem}-{number}{ending}"))
 }
 
 /// A server that is gone for so many looks does not come back as the same session.
@@ -135,8 +121,8 @@ pub(crate) fn watch(
         if stop.is_set() {
             live.stop();
         }
-        if plan.while_watched && viewer.as_ref().is_some_and(|viewer| viewer.watchers() > 0) {
-            live.go_on_for(WATCHED_S);
+        if viewer.as_ref().is_some_and(|viewer| viewer.watchers() > 0) {
+            live.is_watched(if plan.while_watched { WATCHED_S } else { 0.0 });
         }
         if let (Some(warning), false) = (live.warning(), warned) {
             warned = true;

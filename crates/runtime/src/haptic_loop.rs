@@ -15,6 +15,7 @@ use cotouch_world::contact::Phase;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 
+use crate::change::HostChange;
 use crate::clock;
 use crate::monitor;
 use crate::priority;
@@ -37,6 +38,55 @@ pub(crate) struct HapticHost {
     pub(crate) port: HapticPort,
     pub(crate) snapshot: triple_buffer::Input<HostSnapshot>,
     pub(crate) timing: Timing,
+}
+
+/// Changes of settings on their way to the haptic thread, one for each host in the order of hosts, and back, because
+/// nothing is dropped there.
+pub(crate) struct Mailbox {
+    incoming: rtrb::Consumer<Vec<HostChange>>,
+    taken: rtrb::Producer<Vec<HostChange>>,
+}
+
+/// The other end of a [`Mailbox`].
+pub(crate) struct Sender {
+    outgoing: rtrb::Producer<Vec<HostChange>>,
+    taken: rtrb::Consumer<Vec<HostChange>>,
+}
+
+/// Both ends, with room for one change.
+pub(crate) fn mailbox() -> (Sender, Mailbox) {
+    let (outgoing, incoming) = rtrb::RingBuffer::new(1);
+    let (back, taken) = rtrb::RingBuffer::new(1);
+    (Sender { outgoing, taken }, Mailbox { incoming, taken: back })
+}
+
+impl Sender {
+    /// Leaves a change for the haptic thread; whether there was room. It is made at the next tick.
+    pub(crate) fn send(&mut self, changes: Vec<HostChange>) -> bool {
+        while self.taken.pop().is_ok() {}
+        self.outgoing.push(changes).is_ok()
+    }
+
+    /// Whether the last change has been made.
+    pub(crate) fn was_taken(&self) -> bool {
+        !self.taken.is_empty()
+    }
+}
+
+impl Mailbox {
+    /// Makes the change that waits, if one does; whether one did. No allocation, no lock; nothing is dropped.
+    fn deliver(&mut self, hosts: &mut [HapticHost]) -> bool {
+        if self.taken.is_full() {
+            return false;
+        }
+        let Ok(mut changes) = self.incoming.pop() else { return false };
+        for (host, change) in hosts.iter_mut().zip(&mut changes) {
+            host.station.change(change);
+        }
+        // There is room, as was asked above.
+        let _: Result<(), _> = self.taken.push(changes);
+        true
+    }
 }
 
 /// How a host's ticks went.
@@ -72,6 +122,8 @@ pub(crate) struct Control {
     pub(crate) stop: AtomicBool,
     /// Session time of the run so far, ns since its first tick.
     pub(crate) elapsed_ns: AtomicU64,
+    /// The run goes on until here at least, ns since its first tick, unless it is stopped.
+    pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
     /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
@@ -84,6 +136,7 @@ pub(crate) struct Control {
 pub(crate) struct Verdict;
 
 impl Verdict {
+    pub(crate) const TOO_EARLY: u8 = 0;
     pub(crate) const STABLE: u8 = 1;
     pub(crate) const UNSTABLE: u8 = 2;
 }
@@ -93,12 +146,13 @@ pub(crate) fn run(
     mut hosts: Vec<HapticHost>,
     rate: Rate,
     duration_s: Option<f64>,
+    mut mailbox: Mailbox,
     control: &Arc<Control>,
 ) -> Vec<HapticHost> {
     let warning = priority::raise_haptic_thread();
     *control.warning.lock().unwrap_or_else(PoisonError::into_inner) = warning;
     if let Some(first) = wait_for_start(&mut hosts, rate, control) {
-        run_ticks(&mut hosts, rate, first, duration_s, control);
+        run_ticks(&mut hosts, rate, first, duration_s, &mut mailbox, control);
     }
     control.ended.store(true, Ordering::Release);
     hosts
@@ -129,7 +183,14 @@ fn join_under_way(hosts: &mut [HapticHost], first: u64) -> u64 {
     first
 }
 
-fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Option<f64>, control: &Control) {
+fn run_ticks(
+    hosts: &mut [HapticHost],
+    rate: Rate,
+    first: u64,
+    duration_s: Option<f64>,
+    mailbox: &mut Mailbox,
+    control: &Control,
+) {
     let seconds = |seconds: f64| (seconds * rate.hz()).ceil() as u64;
     let last = duration_s.map_or(u64::MAX, |duration| first.saturating_add(seconds(duration)));
     let mut give_up = u64::MAX;
@@ -143,12 +204,17 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
             }
             continue;
         };
-        let releasing = due >= last || control.stop.load(Ordering::Relaxed);
+        let elapsed_ns = rate.instant(due).since(rate.instant(first));
+        let is_over = due >= last && elapsed_ns as u64 >= control.go_on_ns.load(Ordering::Relaxed);
+        let releasing = give_up != u64::MAX || is_over || control.stop.load(Ordering::Relaxed);
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
         }
-        let elapsed_ns = rate.instant(due).since(rate.instant(first));
         let shows = elapsed_ns >= next_snapshot_ns;
+        if mailbox.deliver(hosts) {
+            control.verdict.store(Verdict::TOO_EARLY, Ordering::Relaxed);
+            next_verdict_ns = elapsed_ns + FIRST_VERDICT_NS;
+        }
         for host in hosts.iter_mut() {
             if releasing {
                 host.station.release();

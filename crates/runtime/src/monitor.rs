@@ -62,6 +62,13 @@ impl OscillationMonitor {
         self.energy.push(own_j + self.held_j);
     }
 
+    /// Forgets the run so far, as if it began with the next tick. No allocation.
+    pub fn begin_anew(&mut self) {
+        self.filters.fill(Slot::default());
+        (self.ticks, self.steps, self.held_j) = (0, 0, 0.0);
+        self.energy.begin_anew();
+    }
+
     /// Energy above 8 Hz (J), the median over time, in the third and in the last quarter of the run.
     #[must_use]
     pub fn last_two_quarters_j(&self) -> (f64, f64) {
@@ -147,13 +154,26 @@ const BINS: usize = 4096;
 struct Bins {
     sums: Vec<f64>,
     samples_per_bin: u64,
+    samples_per_bin_at_first: u64,
     in_last: u64,
 }
 
 impl Bins {
     /// With so many samples in a stretch at first, 1 or more.
     fn new(samples_per_bin: u64) -> Self {
-        Self { sums: Vec::with_capacity(BINS), samples_per_bin: samples_per_bin.max(1), in_last: 0 }
+        let samples_per_bin = samples_per_bin.max(1);
+        Self {
+            sums: Vec::with_capacity(BINS),
+            samples_per_bin,
+            samples_per_bin_at_first: samples_per_bin,
+            in_last: 0,
+        }
+    }
+
+    fn begin_anew(&mut self) {
+        self.sums.clear();
+        self.samples_per_bin = self.samples_per_bin_at_first;
+        self.in_last = 0;
     }
 
     fn push(&mut self, value: f64) {

@@ -53,6 +53,8 @@ pub enum RecordKind {
     Adopt,
     /// From here on the governor lets go.
     Release,
+    /// From here on the session runs with other settings: the whole changed scene, as TOML.
+    Changed(String),
     /// Something to read: an event in words. Not consumed by the host.
     Note(Note),
     /// One tick.

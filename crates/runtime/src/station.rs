@@ -21,6 +21,7 @@ use cotouch_scene::scene::Scene;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use crate::change::HostChange;
 use crate::exchange::RecordSink;
 use crate::monitor::OscillationMonitor;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
@@ -199,6 +200,28 @@ impl<D: Device> Station<D> {
     pub fn adopt_world(&mut self) {
         self.record(|| RecordKind::Adopt);
         self.state.host.adopting = true;
+    }
+
+    /// Goes on with other constants, if the state is one of them; whether it is. What was before stays in `change`, to be
+    /// dropped elsewhere, and what watches over the run begins anew. No allocation, no lock.
+    pub fn change(&mut self, change: &mut HostChange) -> bool {
+        if change.model.host != self.model.host || !self.state.fits(&change.model) {
+            return false;
+        }
+        if let Some(sink) = &mut self.sink {
+            let scene_toml = std::mem::take(&mut change.scene_toml);
+            let kind = RecordKind::Changed(scene_toml);
+            let item = RecordItem { host: self.model.host, tick: self.instant.tick, kind };
+            sink.record(&item);
+            if let RecordKind::Changed(scene_toml) = item.kind {
+                change.scene_toml = scene_toml;
+            }
+        }
+        std::mem::swap(&mut self.model, &mut change.model);
+        self.governor = Governor::new(&change.governor, self.device.limits(), self.model.schedule.control());
+        self.oscillation.begin_anew();
+        self.limits = LimitWatch::default();
+        true
     }
 
     /// Lets go of the user, smoothly.
