@@ -9,6 +9,7 @@
 //! `Host` of a request must be this server's, by address or as `localhost`.
 //!
 mod about;
+mod bundle;
 mod manners;
 pub mod picture;
 pub mod predictor;

@@ -64,15 +64,45 @@ pub struct MapAxis {
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub(crate) enum ServerMessage {
     Session(Box<SessionMessage>),
-    Seats { seats: Vec<SeatInfo> },
-    Taken { user: Option<HostIndex>, stiffness_n_per_m: f64, damping_n_s_per_m: f64 },
-    Refused { what: &'static str, why: String },
-    News { text: String },
-    Settings { settings: Settings, note: String },
-    Verdict { id: u32, #[serde(flatten)] verdict: Value },
-    Margin { id: u32, #[serde(flatten)] margin: Value },
-    Map { id: u32, #[serde(flatten)] map: Value },
-    Failed { id: u32, what: &'static str, why: String },
+    Seats {
+        seats: Vec<SeatInfo>,
+    },
+    Taken {
+        user: Option<HostIndex>,
+        stiffness_n_per_m: f64,
+        damping_n_s_per_m: f64,
+    },
+    Refused {
+        what: &'static str,
+        why: String,
+    },
+    News {
+        text: String,
+    },
+    Settings {
+        settings: Settings,
+        note: String,
+    },
+    Verdict {
+        id: u32,
+        #[serde(flatten)]
+        verdict: Value,
+    },
+    Margin {
+        id: u32,
+        #[serde(flatten)]
+        margin: Value,
+    },
+    Map {
+        id: u32,
+        #[serde(flatten)]
+        map: Value,
+    },
+    Failed {
+        id: u32,
+        what: &'static str,
+        why: String,
+    },
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -8,7 +8,7 @@ use std::thread::JoinHandle;
 
 use axum::Router;
 use axum::extract::Request;
-use axum::http::StatusCode;
+use axum::http::{HeaderMap, StatusCode};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
@@ -16,6 +16,7 @@ use cotouch_runtime::live::LiveSession;
 use cotouch_scene::Override;
 use tokio::sync::oneshot;
 
+use crate::bundle::{self, Part};
 use crate::manners;
 use crate::predictor::Predictor;
 
@@ -126,6 +127,9 @@ async fn serve(listener: TcpListener, routes: Router, stopped: oneshot::Receiver
 
 fn routes() -> Router {
     Router::new()
+        .route("/", get(async |headers: HeaderMap| bundle::answer(Part::Page, &headers)))
+        .route("/page.js", get(async |headers: HeaderMap| bundle::answer(Part::Script, &headers)))
+        .route("/page.css", get(async |headers: HeaderMap| bundle::answer(Part::Style, &headers)))
         .layer(middleware::from_fn(only_our_page))
         .route("/healthz", get(|| async { "ok\n" }))
         .layer(middleware::from_fn(with_headers))
