@@ -23,8 +23,8 @@
 pub mod clock;
 pub mod exchange;
 pub mod export;
-mod haptic_loop;
 pub mod hand;
+mod haptic_loop;
 mod impairment;
 pub mod joining;
 pub mod live;

@@ -3,19 +3,29 @@
 //! Behind it is one [`SessionHandle`] at a time. A change that the running loops can take is made in the running
 //! session; any other ends it, smoothly, and begins the next one: the generation counts them.
 
-use std::sync::Arc;
+mod restart;
 
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread;
+
+use cotouch_device::guided;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Impairment, Scene};
 
-use crate::hand::{Hand, Seat, TakeError};
-use crate::session_handle::SessionHandle;
+use crate::clock;
+use crate::hand::{Hand, HeldBy, Seat, TakeError};
+use crate::real_time::{self, RealTimeOptions, StartError};
+use crate::recorder::RecordError;
+use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::Snapshot;
 use crate::summary::Summary;
 
-/// How the next session is started when a change needs one. Recordings of sessions that have ended are kept: each has a
-/// file of its own.
-pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, crate::real_time::StartError> + Send + Sync>;
+/// How the session of this number, from 2, is started when a change needs a new one: with the scene's
+/// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
+/// kept: each has a file of its own (see [`numbered`]).
+pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, StartError> + Send + Sync>;
 
 /// Why a change was not made; the session that ran goes on, unless it says otherwise.
 #[derive(Debug, thiserror::Error)]
@@ -26,7 +36,7 @@ pub enum ChangeError {
     /// The session is over.
     #[error("the session is over")]
     Ended,
-    /// The next session did not start; there is none now.
+    /// The next session did not start; the one before has begun anew, if that was possible.
     #[error("the session with these settings did not start: {0}")]
     NotStarted(String),
 }
@@ -41,42 +51,108 @@ pub enum Changed {
 }
 
 /// A session that is watched, joined and changed.
-pub struct LiveSession {}
+pub struct LiveSession {
+    shared: Arc<Shared>,
+}
+
+struct Shared {
+    /// Nothing when the session cannot be changed.
+    starter: Option<Starter>,
+    /// Held by whoever changes the session: one at a time.
+    changing: Mutex<()>,
+    /// Held for moments only, never while a session starts or ends.
+    present: Mutex<Present>,
+    /// A stop that comes while no session runs holds for the one that is being started.
+    stopping: AtomicBool,
+}
+
+/// The session that runs.
+struct Present {
+    /// Nothing while one session has ended and the next has not begun, and after the very last.
+    handle: Option<SessionHandle>,
+    restarting: bool,
+    scene: Arc<Scene>,
+    generation: u32,
+    /// What is shown while there is no session.
+    last: Snapshot,
+    /// What happened in the session before.
+    summary: Option<Result<Summary, RecordError>>,
+    news: Vec<String>,
+}
 
 impl LiveSession {
     /// A session that cannot be changed: this process runs some of its hosts only.
     #[must_use]
     pub fn fixed(handle: SessionHandle) -> Self {
-        let _ = handle;
-        todo!()
+        Self::new(handle, None)
     }
 
     /// A session whose hosts all run in this process; `starter` starts the next one when a change needs that.
     #[must_use]
     pub fn changeable(handle: SessionHandle, starter: Starter) -> Self {
-        let _ = (handle, starter);
-        todo!()
+        let live = Self::new(handle, Some(starter));
+        restart::watch(&live.shared);
+        live
     }
 
-    /// The scene that runs, and its number, from 1.
+    /// Starts all hosts of `scene` in this process, to be changed. The duration of `options` is that of all sessions
+    /// together, and its impairment counts for the first one: later ones have the scene's.
+    ///
+    /// # Errors
+    /// When a socket, a thread or the recording cannot be had.
+    pub fn run_local(scene: &Scene, options: RealTimeOptions) -> Result<Self, StartError> {
+        let began = clock::now();
+        let handle = real_time::run_local(scene, &options)?;
+        let starter = move |scene: &Scene, generation: u32| {
+            let gone_s = clock::now().since(began) as f64 * 1e-9;
+            let impairment = &scene.link.impairment;
+            let options = RealTimeOptions {
+                duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(0.0)),
+                recording: options.recording.as_deref().map(|path| numbered(path, generation)),
+                impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
+            };
+            real_time::run_local(scene, &options)
+        };
+        Ok(Self::changeable(handle, Box::new(starter)))
+    }
+
+    fn new(handle: SessionHandle, starter: Option<Starter>) -> Self {
+        let mut scene = handle.scene().clone();
+        scene.link.ways.clear();
+        scene.link.impairment = handle.impairment().clone();
+        let present = Present {
+            last: handle.snapshot(),
+            handle: Some(handle),
+            restarting: false,
+            scene: Arc::new(scene),
+            generation: 1,
+            summary: None,
+            news: Vec::new(),
+        };
+        let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
+        Self { shared: Arc::new(Shared { starter, changing, present: Mutex::new(present), stopping }) }
+    }
+
+    /// The scene that runs, with the impairment that it runs with, and its number, from 1.
     #[must_use]
     pub fn scene(&self) -> (Arc<Scene>, u32) {
-        todo!()
+        let present = self.shared.present();
+        (Arc::clone(&present.scene), present.generation)
     }
 
     /// Whether the session can be changed at all.
     #[must_use]
     pub fn may_change(&self) -> bool {
-        todo!()
+        self.shared.starter.is_some()
     }
 
-    /// Runs `scene` from now on. Blocks for as long as a restart takes; a newer call waits for an older one.
+    /// Runs `scene`, as a real network can play it, from now on. Blocks for as long as a restart takes; a newer call
+    /// waits for an older one.
     ///
     /// # Errors
     /// When the session is shared, over, or the next one does not start.
     pub fn change(&self, scene: Scene) -> Result<Changed, ChangeError> {
-        let _ = scene;
-        todo!()
+        self.shared.change(realisable(&scene).0)
     }
 
     /// Begins anew with the same scene.
@@ -84,27 +160,47 @@ impl LiveSession {
     /// # Errors
     /// As for [`LiveSession::change`].
     pub fn again(&self) -> Result<(), ChangeError> {
-        todo!()
+        self.shared.again()
     }
 
     /// `scene` as this session would run it, for a prediction: as a real network can play it, with this session's impairment,
     /// and with the hands tracked that pointers move. With a sentence where that differs from what was asked for.
     #[must_use]
     pub fn as_it_would_run(&self, scene: &Scene) -> (Scene, Option<String>) {
-        let _ = scene;
-        todo!()
+        let (mut scene, note) = realisable(scene);
+        if !self.may_change() {
+            scene.link.impairment = self.shared.present().scene.link.impairment.clone();
+        }
+        let is_guided = |seat: &Seat| seat.by == HeldBy::Pointer && seat.user.0 < scene.session.users;
+        let guided: Vec<HostIndex> =
+            self.seats().iter().filter(|seat| is_guided(seat)).map(|seat| seat.user).collect();
+        (guided::guided_scene(&scene, &guided), note)
     }
 
     /// The newest picture, and the number of the session that it is of; never holds up a haptic loop.
     #[must_use]
     pub fn snapshot(&self) -> (Snapshot, u32) {
-        todo!()
+        let present = self.shared.present();
+        let mut snapshot =
+            present.handle.as_ref().map_or_else(|| present.last.clone(), SessionHandle::snapshot);
+        snapshot.ended = present.has_ended();
+        (snapshot, present.generation)
     }
 
     /// Who moves which hand.
     #[must_use]
     pub fn seats(&self) -> Vec<Seat> {
-        todo!()
+        let present = self.shared.present();
+        let Some(handle) = &present.handle else { return Vec::new() };
+        let (here, there) = (handle.hosts(), handle.present_peers());
+        let by = |user: HostIndex, name: &String| match (here.contains(&user), there.contains(name)) {
+            (true, _) => HeldBy::Script,
+            (false, true) => HeldBy::Elsewhere,
+            (false, false) => HeldBy::Nobody,
+        };
+        let name = |user: HostIndex| present.scene.users[user.index()].name.clone();
+        let seat = |user| Seat { user, name: name(user), by: by(user, &name(user)) };
+        present.scene.hosts().map(seat).collect()
     }
 
     /// Takes a user's hand from its script, or a free place. Blocks for as long as joining takes.
@@ -112,32 +208,117 @@ impl LiveSession {
     /// # Errors
     /// When somebody else has it, or a free place cannot be had.
     pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
-        let _ = user;
-        todo!()
+        let users = self.shared.present().scene.session.users;
+        if user.0 >= users {
+            return Err(TakeError::NoSuchUser { user: user.0, users });
+        }
+        Err(TakeError::Ended)
     }
 
     /// News in words since the last call.
     #[must_use]
     pub fn take_news(&self) -> Vec<String> {
-        todo!()
+        let mut present = self.shared.present();
+        let mut news = std::mem::take(&mut present.news);
+        if let Some(handle) = &present.handle {
+            news.extend(handle.take_news());
+        }
+        news
+    }
+
+    /// Which hosts run in this process; none between two sessions.
+    #[must_use]
+    pub fn hosts(&self) -> Vec<HostIndex> {
+        self.shared.present().handle.as_ref().map(SessionHandle::hosts).unwrap_or_default()
+    }
+
+    /// What the system did not allow the haptic thread, if anything.
+    #[must_use]
+    pub fn warning(&self) -> Option<String> {
+        self.shared.present().handle.as_ref().and_then(SessionHandle::warning)
+    }
+
+    /// As [`SessionHandle::has_lost_the_server`].
+    #[must_use]
+    pub fn has_lost_the_server(&self) -> bool {
+        self.shared.present().handle.as_ref().is_some_and(SessionHandle::has_lost_the_server)
+    }
+
+    /// Session time of the present session since its first tick, s.
+    #[must_use]
+    pub fn elapsed_s(&self) -> f64 {
+        self.shared.present().handle.as_ref().map_or(0.0, SessionHandle::elapsed_s)
     }
 
     /// Asks the session to end.
     pub fn stop(&self) {
-        todo!()
+        self.shared.stopping.store(true, Ordering::SeqCst);
+        if let Some(handle) = &self.shared.present().handle {
+            handle.stop();
+        }
     }
 
     /// Whether it has ended, for good.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        todo!()
+        self.shared.present().has_ended()
     }
 
     /// Waits for the end and says what happened in the last session.
     ///
     /// # Errors
     /// When a recording could not be written to its end.
-    pub fn finish(self) -> Result<Summary, crate::recorder::RecordError> {
-        todo!()
+    pub fn finish(self) -> Result<Summary, RecordError> {
+        while !self.has_ended() {
+            thread::sleep(LOOK_PERIOD);
+        }
+        let _no_change_is_under_way = self.shared.begin_change();
+        let (handle, summary) = {
+            let mut present = self.shared.present();
+            (present.handle.take(), present.summary.take())
+        };
+        handle
+            .map(SessionHandle::finish)
+            .or(summary)
+            .expect("a session has run, and its end is asked for once")
     }
+}
+
+impl Shared {
+    fn present(&self) -> MutexGuard<'_, Present> {
+        self.present.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn begin_change(&self) -> MutexGuard<'_, ()> {
+        self.changing.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Present {
+    fn has_ended(&self) -> bool {
+        !self.restarting && self.handle.as_ref().is_none_or(SessionHandle::has_ended)
+    }
+}
+
+/// The scene as a session on real sockets plays it, and a sentence when that differs from what was asked for: all ways
+/// of a process are impaired alike.
+fn realisable(scene: &Scene) -> (Scene, Option<String>) {
+    let (mut scene, note) = real_time::realisable(scene);
+    scene.link.ways.clear();
+    (scene, note)
+}
+
+/// Where the recording of a session goes: the first one to `path`, later ones to `NAME-2.mcap` and so on beside it.
+#[must_use]
+pub fn numbered(path: &Path, generation: u32) -> PathBuf {
+    if generation <= 1 {
+        return path.to_owned();
+    }
+    let mut name = path.file_stem().unwrap_or_default().to_owned();
+    name.push(format!("-{generation}"));
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    path.with_file_name(name)
 }

@@ -251,7 +251,8 @@ fn start(
         .stack_size(HAPTIC_STACK_BYTES)
         .spawn(move || haptic_loop::run(haptic, rate, duration_s, &shared))
         .map_err(StartError::Thread)?;
-    Ok(SessionHandle::new(scene.clone(), control, locals, thread, recording))
+    let impairment = options.impairment.clone().unwrap_or(Impairment::NONE);
+    Ok(SessionHandle::new(scene.clone(), impairment, control, locals, thread, recording))
 }
 
 fn new_host(

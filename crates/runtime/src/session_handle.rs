@@ -8,7 +8,7 @@ use std::time::Duration;
 use cotouch_net::session::Presence;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::haptic_loop::{Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
@@ -27,6 +27,7 @@ pub(crate) struct Local {
 /// A session that runs in the background. Dropping it without [`SessionHandle::finish`] stops it.
 pub struct SessionHandle {
     scene: Scene,
+    impairment: Impairment,
     control: Arc<Control>,
     locals: Mutex<Vec<Local>>,
     haptic: Option<JoinHandle<Vec<HapticHost>>>,
@@ -36,18 +37,25 @@ pub struct SessionHandle {
 impl SessionHandle {
     pub(crate) fn new(
         scene: Scene,
+        impairment: Impairment,
         control: Arc<Control>,
         locals: Vec<Local>,
         haptic: JoinHandle<Vec<HapticHost>>,
         recording: Option<RecordingThread>,
     ) -> Self {
-        Self { scene, control, locals: Mutex::new(locals), haptic: Some(haptic), recording }
+        Self { scene, impairment, control, locals: Mutex::new(locals), haptic: Some(haptic), recording }
     }
 
     /// The scene that runs.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// What every way out of this process does to packets, besides what the network does.
+    #[must_use]
+    pub fn impairment(&self) -> &Impairment {
+        &self.impairment
     }
 
     /// Asks the session to end: forces fade out, peers are told, the recording is closed.
