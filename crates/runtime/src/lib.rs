@@ -23,6 +23,7 @@
 pub mod clock;
 pub mod exchange;
 pub mod export;
+mod guests;
 pub mod hand;
 mod haptic_loop;
 mod impairment;

@@ -15,6 +15,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::clock;
+use crate::guests::Guests;
 use crate::hand::{Hand, HeldBy, Seat, TakeError};
 use crate::real_time::{self, RealTimeOptions, StartError};
 use crate::recorder::RecordError;
@@ -53,6 +54,7 @@ pub enum Changed {
 /// A session that is watched, joined and changed.
 pub struct LiveSession {
     shared: Arc<Shared>,
+    guests: Guests,
 }
 
 struct Shared {
@@ -130,7 +132,8 @@ impl LiveSession {
             news: Vec::new(),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
-        Self { shared: Arc::new(Shared { starter, changing, present: Mutex::new(present), stopping }) }
+        let shared = Shared { starter, changing, present: Mutex::new(present), stopping };
+        Self { shared: Arc::new(shared), guests: Guests::default() }
     }
 
     /// The scene that runs, with the impairment that it runs with, and its number, from 1.
@@ -184,6 +187,7 @@ impl LiveSession {
         let mut snapshot =
             present.handle.as_ref().map_or_else(|| present.last.clone(), SessionHandle::snapshot);
         snapshot.ended = present.has_ended();
+        self.guests.add_to(&mut snapshot);
         (snapshot, present.generation)
     }
 
@@ -191,28 +195,24 @@ impl LiveSession {
     #[must_use]
     pub fn seats(&self) -> Vec<Seat> {
         let present = self.shared.present();
-        let Some(handle) = &present.handle else { return Vec::new() };
-        let (here, there) = (handle.hosts(), handle.present_peers());
-        let by = |user: HostIndex, name: &String| match (here.contains(&user), there.contains(name)) {
-            (true, _) => HeldBy::Script,
-            (false, true) => HeldBy::Elsewhere,
-            (false, false) => HeldBy::Nobody,
-        };
-        let name = |user: HostIndex| present.scene.users[user.index()].name.clone();
-        let seat = |user| Seat { user, name: name(user), by: by(user, &name(user)) };
-        present.scene.hosts().map(seat).collect()
+        present.handle.as_ref().map(|handle| self.guests.seats(handle)).unwrap_or_default()
     }
 
-    /// Takes a user's hand from its script, or a free place. Blocks for as long as joining takes.
+    /// Takes a user's hand from its script, or a free place. Blocks for as long as a restart or joining takes.
     ///
     /// # Errors
     /// When somebody else has it, or a free place cannot be had.
     pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
-        let users = self.shared.present().scene.session.users;
-        if user.0 >= users {
-            return Err(TakeError::NoSuchUser { user: user.0, users });
-        }
-        Err(TakeError::Ended)
+        let free_place = {
+            let _no_change_is_under_way = self.shared.begin_change();
+            let present = self.shared.present();
+            let handle = present.handle.as_ref().ok_or(TakeError::Ended)?;
+            match self.guests.free_place(handle, user) {
+                Some(place) => place,
+                None => return handle.take(user),
+            }
+        };
+        self.guests.let_in(free_place)
     }
 
     /// News in words since the last call.
@@ -253,6 +253,7 @@ impl LiveSession {
     /// Asks the session to end.
     pub fn stop(&self) {
         self.shared.stopping.store(true, Ordering::SeqCst);
+        self.guests.stop();
         if let Some(handle) = &self.shared.present().handle {
             handle.stop();
         }
