@@ -1,5 +1,8 @@
 //! The page itself, made by `build.rs`: three files, each also as gzip.
 
+use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use std::sync::LazyLock;
+
 use axum::http::{HeaderMap, HeaderValue, header};
 use axum::response::{Html, IntoResponse, Response};
 
@@ -10,6 +13,16 @@ struct File {
 
 /// `index.html`, `page.js`, `page.css`; or why this program was built without them.
 static FILES: Result<[File; 3], &str> = include!(concat!(env!("OUT_DIR"), "/bundle.rs"));
+
+/// Of the program and its page: pages that another build brought are told from this one's.
+pub(crate) fn version() -> &'static str {
+    static VERSION: LazyLock<String> = LazyLock::new(|| {
+        let mut hasher = DefaultHasher::new();
+        FILES.iter().flatten().for_each(|file| file.plain.hash(&mut hasher));
+        format!("{}+{:08x}", env!("CARGO_PKG_VERSION"), hasher.finish() as u32)
+    });
+    &VERSION
+}
 
 /// Which file of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
