@@ -1,7 +1,7 @@
 // One chart over time: lines, axes and gestures, drawn by uPlot in the page's colours.
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { rowsBetween, withGaps, type Source } from "./history.ts";
+import { firstAtLeast, rowsBetween, withGaps, type Source } from "./history.ts";
 import { colour, userColour } from "./palette.ts";
 import { calmRange, tickLabels, type Range } from "./scale.ts";
 import type { Channel, PanelAbout } from "./channels.ts";
@@ -25,7 +25,19 @@ export interface ChartEvents {
 }
 
 const DASHES: readonly number[][] = [[], [7, 4], [2, 3], [9, 3, 2, 3], [4, 2], [1, 2], [12, 4], [6, 2, 2, 2]];
-const FONT = "12px system-ui, sans-serif";
+
+export interface ChartOptions {
+  about: PanelAbout;
+  lines: readonly Line[];
+  /** Labels of lines that are not drawn. */
+  hidden: ReadonlySet<string>;
+  /** Charts with the same key share the cursor. */
+  sync: string | null;
+  width: number;
+  height: number;
+  /** Letters and lines are this many times as large as on the page. */
+  enlarged: number;
+}
 
 export function dashOf(channel: Channel): number[] {
   return DASHES[channel.dash % DASHES.length] ?? [];
@@ -35,19 +47,19 @@ export class Chart {
   readonly #plot: uPlot;
   readonly #lines: readonly Line[];
   readonly #about: PanelAbout;
+  readonly #enlarged: number;
   readonly #pointers = new Map<number, number>();
   #range: Range | null = null;
   #marker_s: number | null = null;
   #hidden: ReadonlySet<string>;
 
-  constructor(
-    element: HTMLElement, about: PanelAbout, lines: readonly Line[], hidden: ReadonlySet<string>, sync: string,
-    readonly events: ChartEvents,
-  ) {
-    this.#lines = lines;
-    this.#about = about;
-    this.#hidden = hidden;
-    this.#plot = new uPlot(this.#options(element, sync), [[], ...lines.map(() => [])] as uPlot.AlignedData, element);
+  constructor(element: HTMLElement, options: ChartOptions, readonly events: ChartEvents) {
+    this.#lines = options.lines;
+    this.#about = options.about;
+    this.#enlarged = options.enlarged;
+    this.#hidden = options.hidden;
+    const nothing = [[], ...options.lines.map(() => [])] as uPlot.AlignedData;
+    this.#plot = new uPlot(this.#plotOptions(options), nothing, element);
     this.#plot.over.addEventListener("click", (event) => this.#click(event));
     this.#bindTouch();
   }
@@ -56,9 +68,9 @@ export class Chart {
     return this.#plot.ctx.canvas;
   }
 
-  /** Pixels of the canvas a CSS pixel. */
+  /** Pixels of the canvas a CSS pixel of the page. */
   get ratio(): number {
-    return uPlot.pxRatio;
+    return uPlot.pxRatio * this.#enlarged;
   }
 
   /** The times at the left and right edge; null before something was drawn. */
@@ -72,16 +84,21 @@ export class Chart {
     return this.#plot.cursor.idx ?? null;
   }
 
-  /** The last value drawn of a line, or that under the cursor. */
+  /** Of a line: under the cursor, else at the mark, else the last one drawn. */
   value(line: number): number | null | undefined {
-    const values = this.#plot.data[line + 1] as ArrayLike<number | null> | undefined;
-    return values?.[this.cursor ?? values.length - 1];
+    return (this.#plot.data[line + 1] as ArrayLike<number | null> | undefined)?.[this.#row];
   }
 
   /** The time that `value` speaks of; NaN when nothing was drawn. */
   get time_s(): number {
+    return this.#plot.data[0][this.#row] ?? NaN;
+  }
+
+  get #row(): number {
     const times = this.#plot.data[0];
-    return times[this.cursor ?? times.length - 1] ?? NaN;
+    if (this.cursor !== null) return this.cursor;
+    if (this.#marker_s === null) return times.length - 1;
+    return Math.max(0, firstAtLeast(times as Float64Array, this.#marker_s + 1e-9) - 1);
   }
 
   /** Draws these rows; says whether there was any value among them. */
@@ -95,11 +112,12 @@ export class Chart {
     return columns.some((column) => column.some((value) => value !== null));
   }
 
-  /** Draws a line at this time. */
-  mark(time_s: number | null): void {
-    if (time_s === this.#marker_s) return;
+  /** Draws a line at this time; says whether it was elsewhere before. */
+  mark(time_s: number): boolean {
+    if (time_s === this.#marker_s) return false;
     this.#marker_s = time_s;
     this.#plot.redraw(false, false);
+    return true;
   }
 
   show(hidden: ReadonlySet<string>): void {
@@ -121,12 +139,11 @@ export class Chart {
     this.#plot.redraw(false, false);
   }
 
-  /** Moves the cursor by so many rows; from the last one when it was elsewhere. */
+  /** Moves the cursor by so many rows; from the row that values are told of when it was elsewhere. */
   moveCursor(rows: number): void {
     const times = this.#plot.data[0];
     if (times.length === 0) return;
-    const from = this.cursor ?? times.length - 1;
-    const at = Math.min(times.length - 1, Math.max(0, from + rows));
+    const at = Math.min(times.length - 1, Math.max(0, this.#row + rows));
     const left = this.#plot.valToPos(times[at] as number, "x");
     this.#plot.setCursor({ left, top: this.#plot.over.clientHeight / 2 });
   }
@@ -139,35 +156,44 @@ export class Chart {
     this.#plot.destroy();
   }
 
-  #options(element: HTMLElement, sync: string): uPlot.Options {
-    const axis: uPlot.Axis = {
-      font: FONT,
-      labelFont: FONT,
-      stroke: () => colour("--muted", "#666666"),
-      grid: { stroke: () => colour("--line", "#dddddd"), width: 1 },
-      ticks: { show: false },
-    };
+  #plotOptions({ sync, width, height }: ChartOptions): uPlot.Options {
     const { unit, factor } = this.#about.shown;
+    const large = this.#enlarged;
+    const font = `${12 * large}px system-ui, sans-serif`;
+    const axis: uPlot.Axis = {
+      font,
+      labelFont: font,
+      stroke: () => colour("--muted", "#666666"),
+      grid: { stroke: () => colour("--line", "#dddddd"), width: large },
+      ticks: { show: false },
+      gap: 6 * large,
+    };
     return {
-      width: Math.max(100, element.clientWidth),
-      height: Math.max(80, element.clientHeight),
-      padding: [10, 12, 0, 0],
+      width: Math.max(100, width),
+      height: Math.max(80, height),
+      padding: [10 * large, 14 * large, 0, 0],
       legend: { show: false },
       scales: {
         x: { time: false },
         y: { range: (_, low, high) => this.#vertical(low, high) },
       },
       axes: [
-        { ...axis, size: 38, space: 60, gap: 4, label: "time, s", labelSize: 16, labelGap: 0, values: (_, ticks) => tickLabels(ticks, 1) },
-        { ...axis, size: 52, space: 28, gap: 6, label: unit, labelSize: 18, values: (_, ticks) => tickLabels(ticks, factor) },
+        {
+          ...axis, size: 26 * large, space: 64 * large,
+          values: (_, ticks) => tickLabels(ticks, 1).map((text) => `${text} s`),
+        },
+        {
+          ...axis, size: 46 * large, space: 28 * large, label: unit, labelSize: 18 * large,
+          values: (_, ticks) => tickLabels(ticks, factor),
+        },
       ],
       series: [{}, ...this.#lines.map(({ channel }) => this.#series(channel))],
       cursor: {
         y: false,
         points: { size: 7 },
         drag: { x: true, y: false, setScale: false, dist: 4 },
-        sync: { key: sync, setSeries: false, scales: ["x", null] },
         bind: { dblclick: () => () => { this.events.onBack(); return null; } },
+        ...(sync === null ? {} : { sync: { key: sync, setSeries: false, scales: ["x", null] } }),
       },
       hooks: {
         setSelect: [(plot) => this.#selected(plot)],
@@ -183,8 +209,8 @@ export class Chart {
       scale: "y",
       show: !this.#hidden.has(channel.label),
       stroke: () => userColour(channel.user),
-      width: channel.width,
-      dash: dashOf(channel),
+      width: channel.width * this.#enlarged,
+      dash: dashOf(channel).map((length) => length * this.#enlarged),
       alpha: channel.width > 2 ? 0.7 : 1,
       points: { show: false },
     };
@@ -217,7 +243,7 @@ export class Chart {
     if (at < left || at > left + width) return;
     plot.ctx.save();
     plot.ctx.strokeStyle = colour("--accent", "#2563eb");
-    plot.ctx.lineWidth = 2 * uPlot.pxRatio;
+    plot.ctx.lineWidth = 2 * this.#enlarged * uPlot.pxRatio;
     plot.ctx.beginPath();
     plot.ctx.moveTo(at, top);
     plot.ctx.lineTo(at, top + height);

@@ -1,14 +1,16 @@
 // Elements in one call each.
 
-type Properties<K extends keyof HTMLElementTagNameMap> = Partial<Omit<HTMLElementTagNameMap[K], "style" | "attributes">> & {
+type Tags = HTMLElementTagNameMap;
+
+type Properties<K extends keyof Tags> = Partial<Omit<Tags[K], "style" | "attributes">> & {
   /** Attributes that are no properties, such as aria-label. */
   attributes?: Record<string, string>;
 };
 
 /** A new element with these properties and children; texts become text nodes. */
-export function make<K extends keyof HTMLElementTagNameMap>(
+export function make<K extends keyof Tags>(
   tag: K, properties: Properties<K> = {}, ...children: (Node | string)[]
-): HTMLElementTagNameMap[K] {
+): Tags[K] {
   const element = document.createElement(tag);
   const { attributes, ...others } = properties;
   Object.assign(element, others);

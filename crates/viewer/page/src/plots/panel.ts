@@ -18,6 +18,8 @@ export interface PanelEvents extends Omit<ChartEvents, "onCursor"> {
   onChoice(choice: PanelChoice): void;
 }
 
+/** A saved picture of a chart, in pixels before it is enlarged. */
+const SAVED = { width: 900, height: 380, enlarged: 2 };
 const COMPONENT_NAMES: Record<Component, string> = { size: "magnitude", x: "x", y: "y", z: "z" };
 
 export class Panel {
@@ -25,10 +27,11 @@ export class Panel {
   readonly #heading = make("figcaption", { className: "panel-heading" });
   readonly #frame = make("div", { className: "panel-chart", tabIndex: 0 });
   readonly #nothing = make("p", { className: "panel-nothing", hidden: true });
+  /** Which time the values in the legend are of. */
+  readonly #time = make("span", { className: "panel-time" });
   readonly #legend = make("div", { className: "panel-legend", attributes: { role: "group", "aria-label": "Lines" } });
   readonly #hidden = new Set<string>();
   #values: HTMLElement[] = [];
-  #time: HTMLElement | null = null;
   #chart: Chart | null = null;
   #choice: PanelChoice;
   #about: About | null = null;
@@ -59,7 +62,8 @@ export class Panel {
 
   /** A line at this time, and its values in the legend. */
   mark(time_s: number): void {
-    this.#chart?.mark(time_s);
+    if (!this.#chart?.mark(time_s)) return;
+    this.#tellValues();
   }
 
   choose(wanted: PanelChoice): void {
@@ -92,7 +96,15 @@ export class Panel {
 
   #build(): void {
     this.#chart?.destroy();
-    this.#chart = new Chart(this.#frame, this.#panel, this.#lines, this.#hidden, this.sync, {
+    this.#chart = new Chart(this.#frame, {
+      about: this.#panel,
+      lines: this.#lines,
+      hidden: this.#hidden,
+      sync: this.sync,
+      width: this.#frame.clientWidth,
+      height: this.#frame.clientHeight,
+      enlarged: 1,
+    }, {
       onZoom: (range) => this.events.onZoom(range),
       onBack: () => this.events.onBack(),
       onPick: (time_s) => this.events.onPick(time_s),
@@ -121,14 +133,13 @@ export class Panel {
       choice("What to plot", PANELS.map(({ kind, name }) => ({ value: kind, text: name })), this.#choice.kind,
         (kind) => this.events.onChoice({ kind, component: null })),
       ...components,
-      make("span", { className: "panel-title" }, `${this.#panel.title}`),
-      button("PNG", "Save this chart as a picture", () => this.#savePicture()),
+      this.#time,
+      button("PNG", "Save this chart as a picture", () => void this.#savePicture()),
       button("CSV", "Save all numbers of this chart as a table", () => this.#saveTable()),
     );
   }
 
   #buildLegend(): void {
-    this.#time = make("span", { className: "legend-time" });
     this.#values = [];
     const items = this.#lines.map(({ channel }) => {
       const swatch = make("span", { className: "legend-line" });
@@ -140,11 +151,11 @@ export class Panel {
       const item = make("button", {
         type: "button", className: "legend-item", title: "Show or hide this line",
         attributes: { "aria-pressed": String(!this.#hidden.has(channel.label)) },
-      }, swatch, make("span", {}, channel.label), value);
+      }, swatch, make("span", { className: "legend-label" }, channel.label), value);
       item.addEventListener("click", () => this.#toggle(channel.label, item));
       return item;
     });
-    this.#legend.replaceChildren(this.#time, ...items);
+    this.#legend.replaceChildren(...items);
     this.#tellValues();
   }
 
@@ -158,12 +169,10 @@ export class Panel {
     const chart = this.#chart;
     if (!chart) return;
     const { unit, factor } = this.#panel.shown;
-    const under = chart.cursor !== null;
-    if (this.#time) this.#time.textContent = under ? `at ${chart.time_s.toFixed(3)} s` : "newest";
+    setText(this.#time, Number.isNaN(chart.time_s) ? "" : `at ${chart.time_s.toFixed(2)} s`);
     this.#values.forEach((element, line) => {
       const value = chart.value(line);
-      const text = `${readable(typeof value === "number" ? value * factor : null)} ${unit}`;
-      if (element.textContent !== text) element.textContent = text;
+      setText(element, `${readable(typeof value === "number" ? value * factor : null)} ${unit}`);
     });
   }
 
@@ -200,22 +209,32 @@ export class Panel {
     if (clientWidth > 0 && clientHeight > 0) this.#chart?.resize(clientWidth, clientHeight);
   }
 
-  #savePicture(): void {
-    const chart = this.#chart;
-    if (!chart || !this.#about) return;
+  /** Drawn anew and larger: what is saved is looked at elsewhere. */
+  async #savePicture(): Promise<void> {
+    const range = this.#chart?.range;
+    if (!range || !this.#source || !this.#about) return;
     const component = this.#component;
     const detail = component === null || component === "size" ? "" : `, ${component}`;
+    const shown = this.#lines.filter(({ channel }) => !this.#hidden.has(channel.label));
+    const large = new Chart(document.createElement("div"), {
+      about: this.#panel, lines: shown, hidden: new Set(), sync: null, enlarged: SAVED.enlarged,
+      width: SAVED.width * SAVED.enlarged, height: SAVED.height * SAVED.enlarged,
+    }, { onZoom: () => {}, onBack: () => {}, onPick: () => {}, onCursor: () => {} });
+    large.draw(this.#source, range);
+    // It draws when the present task is done.
+    await new Promise((resolve) => setTimeout(resolve));
     const drawn = pictureOf({
       title: `${this.#panel.title}${detail}`,
       subtitle: `${this.#about.scene}, ${this.#about.architecture}, ${this.#about.users.join(", ")}`,
-      chart: chart.canvas,
-      legend: this.#lines.filter(({ channel }) => !this.#hidden.has(channel.label)).map(({ channel }) => ({
+      chart: large.canvas,
+      legend: shown.map(({ channel }) => ({
         label: channel.label, colour: userColour(channel.user), dash: dashOf(channel), width: channel.width,
       })),
       background: colour("--surface", "#ffffff"),
       text: colour("--text", "#222222"),
-      ratio: chart.ratio,
+      ratio: large.ratio,
     });
+    large.destroy();
     drawn.toBlob((blob) => { if (blob) download(`${this.#fileName()}.png`, blob); }, "image/png");
   }
 
@@ -231,4 +250,9 @@ export class Panel {
   #fileName(): string {
     return fileName("cotouch", this.#about?.scene ?? "", this.#panel.name);
   }
+}
+
+/** Only when it changed: that costs the browser less. */
+function setText(element: HTMLElement, text: string): void {
+  if (element.textContent !== text) element.textContent = text;
 }

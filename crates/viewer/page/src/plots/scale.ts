@@ -6,7 +6,9 @@ export type Range = [from: number, to: number];
  * A vertical range for values from `low` to `high` that does not twitch: the one before stays as long as it holds the
  * values and is not much too large for them.
  */
-export function calmRange(before: Range | null, low: number, high: number, leastSpan: number, fromZero: boolean): Range {
+export function calmRange(
+  before: Range | null, low: number, high: number, leastSpan: number, fromZero: boolean,
+): Range {
   const wanted = paddedRange(low, high, leastSpan, fromZero);
   if (!before) return wanted;
   const holds = before[0] <= low && before[1] >= high;
@@ -25,13 +27,19 @@ function paddedRange(low: number, high: number, leastSpan: number, fromZero: boo
 
 /** The values at the ticks of an axis, all with as many decimals as their distance needs. */
 export function tickLabels(ticks: readonly number[], factor: number): string[] {
-  const step = Math.abs(((ticks[1] ?? 0) - (ticks[0] ?? 0)) * factor);
-  // What rounding leaves of a step must not ask for another decimal.
-  const decimals = step > 0 ? Math.min(9, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9))) : 0;
+  const decimals = decimalsOf(((ticks[1] ?? 0) - (ticks[0] ?? 0)) * factor);
   return ticks.map((tick) => {
     const text = (tick * factor).toFixed(decimals);
-    return Number(text) === 0 ? text.replace("-", "") : text;
-  }).map((text) => text.replace("-", "\u2212"));
+    return (Number(text) === 0 ? text.replace("-", "") : text).replace("-", "\u2212");
+  });
+}
+
+/** How many tell a step from one with a part in a hundred more: 2.5 has one, 0.05 has two. */
+function decimalsOf(step: number): number {
+  for (let decimals = 0; decimals < 9; decimals++) {
+    if (Math.abs(Number(step.toFixed(decimals)) - step) <= 0.01 * Math.abs(step)) return decimals;
+  }
+  return 9;
 }
 
 /** Three digits, with a proper minus; a dash for what there is none of. */

@@ -32,7 +32,8 @@ export class Bar {
     const repeat = make("input", { type: "checkbox" });
     repeat.addEventListener("change", () => this.events.onRepeat(repeat.checked));
     this.element.append(
-      make("div", { className: "replay-track" }, make("div", { className: "replay-strips" }, ...this.#strips), this.#slider),
+      make("div", { className: "replay-track" },
+        make("div", { className: "replay-strips" }, ...this.#strips), this.#slider),
       make("div", { className: "replay-controls" },
         make("div", { className: "replay-buttons" },
           this.#signed("start", "To the start (Home)", () => this.events.onSeek(0)),

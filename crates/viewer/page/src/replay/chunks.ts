@@ -1,4 +1,5 @@
-// Stretches of a recording as the server sends them: each picture's length in four bytes, little-endian, then the picture.
+// Stretches of a recording as the server sends them: each picture's length in four bytes, little-endian, then the
+// picture.
 import { decodePicture, type Picture } from "../picture.ts";
 
 /** Offset of a picture's session time in its message; see picture.ts. */

@@ -92,7 +92,8 @@ export class Stage {
 
 function detailsOf({ about }: RecordingInfo): string {
   const delay = about.delay_periods === 1 ? "1 period of delay" : `${about.delay_periods} periods of delay`;
-  return `${about.scene}, ${about.architecture}, ${about.users.length} users, ${about.network_hz} packets a second, ${delay}`;
+  const packets = `${about.network_hz} packets a second`;
+  return [about.scene, about.architecture, `${about.users.length} users`, packets, delay].join(", ");
 }
 
 function stateOf(picture: Picture): string {
