@@ -302,7 +302,7 @@ fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
     let mut scene = scene_of(&[], &[DVec3::ZERO]);
     scene.users[0].tracking = TRACKING;
     let (mut user, pointer) = guided(&scene);
-    let load = Wrench::force(DVec3::X * -3.0);
+    let load = Wrench::force(DVec3::X * -1.0);
     let mut pulls = Vec::new();
     pointer.at(&[]);
     for number in 0..2000 {
@@ -316,11 +316,12 @@ fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
         let arm_n = ARM.damping_n_s_per_m * before;
         pulls.push((after - before) * 1000.0 * ARM.mass_kg + arm_n - load.force.x);
     }
-    assert!((pulls[999] - 3.0).abs() < 0.01, "the spring carries the load: {} N", pulls[999]);
+    assert!((pulls[999] - 1.0).abs() < 0.003, "the spring carries the load: {} N", pulls[999]);
     let (stopped, gone) = (1000 + (STOP_S * 1000.0) as usize, 1000 + ((STOP_S + FADE_S) * 1000.0) as usize);
-    assert!((pulls[stopped - 2] - 3.0).abs() < 0.01);
-    assert!(pulls[gone + 2].abs() < 0.1, "nothing pulls any more: {} N", pulls[gone + 2]);
-    let steps = pulls[1000..=gone].windows(2).map(|pair| (pair[1] - pair[0]).abs());
-    // 3 N within 0.3 s by the path of least jerk: at most 19 N/s, and what the damper adds.
-    assert!(steps.fold(0.0, f64::max) < 0.1);
+    assert!((pulls[stopped - 2] - 1.0).abs() < 0.003);
+    assert!(pulls[gone + 2].abs() < 0.01, "nothing pulls any more: {} N", pulls[gone + 2]);
+    // 1 N within 0.3 s by the path of least jerk: at most 6 N/s, and what the damper adds.
+    for (tick, pair) in pulls.windows(2).enumerate().skip(900) {
+        assert!((pair[1] - pair[0]).abs() < 0.06, "tick {tick}: from {} to {} N", pair[0], pair[1]);
+    }
 }
