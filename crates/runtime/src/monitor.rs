@@ -120,7 +120,11 @@ fn filtered_energy_j<'a>(
 /// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
 #[must_use]
 pub fn grows(before_j: f64, last_j: f64) -> bool {
-    !last_j.is_finite() || last_j > LEAST_ENERGY_J && last_j > GROWTH * before_j
+    grows_over(LEAST_ENERGY_J, before_j, last_j)
+}
+
+fn grows_over(least_j: f64, before_j: f64, last_j: f64) -> bool {
+    !last_j.is_finite() || last_j > least_j && last_j > GROWTH * before_j
 }
 
 /// A second-order Butterworth high pass, by the bilinear transform with the corner pre-warped.
