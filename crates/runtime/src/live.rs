@@ -119,9 +119,7 @@ impl LiveSession {
     }
 
     fn new(handle: SessionHandle, starter: Option<Starter>) -> Self {
-        let mut scene = handle.scene().clone();
-        scene.link.ways.clear();
-        scene.link.impairment = handle.impairment().clone();
+        let scene = handle.present_scene();
         let present = Present {
             last: handle.snapshot(),
             handle: Some(handle),

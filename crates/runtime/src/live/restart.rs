@@ -22,8 +22,25 @@ impl Shared {
     pub(super) fn change(&self, scene: Scene) -> Result<Changed, ChangeError> {
         let starter = self.starter.as_ref().ok_or(ChangeError::Shared)?;
         let _one_at_a_time = self.begin_change();
+        // A world that has left all bounds stands still for good, whatever the settings.
+        let has_diverged = self.has_diverged().0;
+        if !has_diverged && self.change_while_running(&scene)? {
+            return Ok(Changed::WhileRunning);
+        }
         self.restart(scene, starter)?;
         Ok(Changed::ByRestart)
+    }
+
+    fn change_while_running(&self, scene: &Scene) -> Result<bool, ChangeError> {
+        let mut present = self.present();
+        if present.has_ended() {
+            return Err(ChangeError::Ended);
+        }
+        let changed = present.handle.as_ref().is_some_and(|handle| handle.change(scene));
+        if changed {
+            present.scene = Arc::new(scene.clone());
+        }
+        Ok(changed)
     }
 
     /// Begins anew with the scene that runs.
