@@ -4,9 +4,10 @@ mod sessions;
 
 use std::net::{SocketAddr, UdpSocket};
 use std::thread;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use cotouch_device::guided::Targets;
+use cotouch_runtime::clock;
 use cotouch_runtime::hand::{Hand, HeldBy, TakeError};
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time::{RealTimeOptions, join, realisable, run_local, serve};
@@ -23,12 +24,12 @@ const BEN: HostIndex = HostIndex(1);
 
 /// Looks until something is so; on a busy computer that may take long.
 fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let patience = Instant::now() + Duration::from_secs(60);
+    let patience = clock::now().plus_ns(60_000_000_000);
     loop {
         if let Some(found) = look() {
             return found;
         }
-        assert!(Instant::now() < patience, "in vain: {what}");
+        assert!(clock::now() < patience, "in vain: {what}");
         thread::sleep(Duration::from_millis(5));
     }
 }
