@@ -240,6 +240,28 @@ impl FingerModel {
         self.stop(state);
     }
 
+    /// The force (N) of muscles on a finger in `state` that is asked for by `drive`; the arm's own impedance is apart.
+    pub(crate) fn pull(&self, state: &FingerState, drive: &Drive) -> DVec3 {
+        let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = self.tracking;
+        let pull = drive.force
+            + (drive.target.position - state.position) * stiffness_n_per_m
+            + (drive.target.velocity - state.velocity) * damping_n_s_per_m;
+        self.freed(pull)
+    }
+
+    /// The impedance by which the finger is drawn to a target.
+    pub(crate) fn tracking(&self) -> SpringDamper {
+        self.tracking
+    }
+
+    /// The place nearest to `place` (m) to which the finger can be moved: on its line or plane, within the stops.
+    pub(crate) fn reachable(&self, place: DVec3) -> DVec3 {
+        let within = self.device.as_ref().map_or(place, |Placed { mechanism, offset }| {
+            mechanism.workspace().nearest(place + *offset) - *offset
+        });
+        DVec3::select(self.free, within, self.rest)
+    }
+
     /// The mechanism's stops: no motion beyond the workspace, no rebound.
     fn stop(&self, state: &mut FingerState) {
         let Some(Placed { mechanism, offset }) = &self.device else { return };

@@ -1,43 +1,129 @@
 //! A simulated user whose fingers a pointer draws, while there is one: how a browser's mouse or touch takes part.
+//!
+//! A pointer says now and then where each finger is to be. What draws the finger, by a [`spring`], is a target that
+//! goes there smoothly: no faster than [`MOST_SPEED_M_PER_S`], through a critically damped second-order filter with its
+//! corner at [`CORNER_HZ`]. The target is outside of the loop; the spring is in it, as a script's tracking is.
+//!
+//! Nothing jumps. When a pointer takes the hand, its target begins where the spring gives just the force that the script
+//! gave; when it lets go, the target comes to rest, what the spring still pulls with fades out, and the script begins anew
+//! from where the fingers are. Without a pointer the user is a [`SimulatedUser`], bit for bit.
+
+use std::f64::consts::TAU;
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Scene, SpringDamper};
+use cotouch_scene::scene::{Action, Scene, SpringDamper};
 use glam::DVec3;
 
 use crate::device::{Device, DeviceError, DeviceLimits, WorldView};
-use crate::finger::FingerError;
+use crate::finger::{FingerError, FingerModel, FingerState};
+use crate::plant::Plant;
+use crate::script::Drive;
+use crate::target::{Progress, Target};
 use crate::user::SimulatedUser;
 
 /// Where a pointer wants the fingers to be, m, world; fewer targets than fingers leave the others where they are.
 pub type Targets = ArrayVec<DVec3, MAX_FINGERS>;
 
+/// The corner of the filter through which a target goes, Hz: a pointer that speaks 20 times a second is smooth.
+pub const CORNER_HZ: f64 = 6.0;
+
+/// How fast a target moves at most, m/s.
+pub const MOST_SPEED_M_PER_S: f64 = 1.0;
+
+/// How far from the origin a target may be on every axis, m.
+pub const REACH_M: f64 = 10.0;
+
+/// After a pointer has gone, its target has so long to come to rest, s.
+pub const STOP_S: f64 = 0.3;
+
+/// Then what the spring still pulls with fades out within this time, s.
+pub const FADE_S: f64 = 0.3;
+
+/// The spring of users whose scene gives them none for tracking: soft enough for a mouse's stretch to be seen, and
+/// with it the built-in scenes are as stable as before.
+const USUAL: SpringDamper = SpringDamper { stiffness_n_per_m: 150.0, damping_n_s_per_m: 6.0 };
+
 /// Where guidance comes from; asked once a tick, from the haptic thread. No allocation, no lock.
 pub trait Guide: Send {
-    /// The newest targets; `None` while no pointer moves this hand.
+    /// The newest targets; `None` while no pointer moves this hand. What is not finite counts as not said.
     fn targets(&mut self) -> Option<Targets>;
 }
 
 /// The spring from a pointer to each finger of the user at `host`: the scene's `tracking`, or a usual one where the scene
 /// has none. It is a part of the loop.
+///
+/// # Panics
+/// When the scene has no such host.
 #[must_use]
 pub fn spring(scene: &Scene, host: HostIndex) -> SpringDamper {
-    let _ = (scene, host);
-    todo!()
+    let tracking = scene.users[host.index()].tracking;
+    if tracking.stiffness_n_per_m > 0.0 { tracking } else { USUAL }
 }
 
 /// `scene` as the analysis must see it while pointers move the hands of `hosts`: their fingers are tracked by [`spring`].
+/// What scripts say of forces stays, for it sets how hard fingers press on what they hold.
 #[must_use]
 pub fn guided_scene(scene: &Scene, hosts: &[HostIndex]) -> Scene {
-    let _ = hosts;
-    scene.clone()
+    let mut guided = scene.clone();
+    for &host in hosts.iter().filter(|host| host.index() < scene.users.len()) {
+        let user = &mut guided.users[host.index()];
+        user.tracking = spring(scene, host);
+        let own = user.fingers.iter_mut().map(|finger| &mut finger.script);
+        let own = own.filter(|script| !script.is_empty());
+        for script in own.chain([&mut user.script]) {
+            if !script.iter().any(Action::tracks) {
+                script.push(Action::Hold { duration_s: 1.0 });
+            }
+        }
+    }
+    guided
 }
 
 /// A [`SimulatedUser`] that follows its script, or a [`Guide`] while that has targets.
 pub struct GuidedUser<G> {
     user: SimulatedUser,
     guide: G,
+    guided: GuidedModel,
+    drawing: Drawing,
+}
+
+/// Constants.
+struct GuidedModel {
+    /// As the user's own, with the spring for their tracking.
+    fingers: Vec<FingerModel>,
+    /// What a target goes through: its input, times the stiffness, is where it is to be.
+    filter: Plant,
+    filter_stiffness: f64,
+    /// How far behind, in time, the filter follows what moves steadily.
+    lag_s: f64,
+    /// m a tick.
+    most_step_m: f64,
+    period_s: f64,
+}
+
+/// What draws the fingers.
+enum Drawing {
+    Script,
+    Pointer(Followers),
+    /// The pointer has gone; since so many ticks.
+    Stopping(Followers, u32),
+    /// What is left of the spring's stretch when fading began, and the target's velocity then; since so many ticks.
+    Fading(Followers, u32),
+}
+
+type Followers = ArrayVec<Follower, MAX_FINGERS>;
+
+/// One finger's target.
+#[derive(Clone, Copy, Debug)]
+struct Follower {
+    /// Where the pointer wants it, m.
+    goal: DVec3,
+    /// What the filter is given: on its way to the goal, m.
+    aim: DVec3,
+    /// What the finger is drawn to; while fading, what is left of it from the finger.
+    target: Target,
 }
 
 impl<G: Guide> GuidedUser<G> {
@@ -45,8 +131,36 @@ impl<G: Guide> GuidedUser<G> {
     ///
     /// # Errors
     /// As for [`SimulatedUser::of_scene`].
+    ///
+    /// # Panics
+    /// When the scene has no such host.
     pub fn of_scene(scene: &Scene, host: HostIndex, guide: G) -> Result<Self, FingerError> {
-        Ok(Self { user: SimulatedUser::of_scene(scene, host)?, guide })
+        let user = SimulatedUser::of_scene(scene, host)?;
+        let guided = GuidedModel::of_scene(scene, host, user.model().fingers())?;
+        Ok(Self { user, guide, guided, drawing: Drawing::Script })
+    }
+
+    /// The simulated user, with the state of the fingers.
+    #[must_use]
+    pub fn user(&self) -> &SimulatedUser {
+        &self.user
+    }
+
+    /// Takes up what the guide says at this tick.
+    fn heed_guide(&mut self) {
+        let targets = self.guide.targets();
+        let drawing = std::mem::replace(&mut self.drawing, Drawing::Script);
+        self.drawing = match (targets, drawing) {
+            (None, Drawing::Pointer(followers)) => Drawing::Stopping(self.guided.stopping(followers), 0),
+            (None, drawing) => drawing,
+            (Some(targets), Drawing::Pointer(followers) | Drawing::Stopping(followers, _)) => {
+                Drawing::Pointer(self.guided.sent(followers, &targets, self.user.moved()))
+            }
+            (Some(targets), drawing) => {
+                let followers = self.guided.taking_over(&self.user, &drawing);
+                Drawing::Pointer(self.guided.sent(followers, &targets, self.user.moved()))
+            }
+        };
     }
 }
 
@@ -65,6 +179,7 @@ impl<G: Guide> Device for GuidedUser<G> {
 
     fn start(&mut self, tick: u64) {
         self.user.start(tick);
+        self.drawing = Drawing::Script;
     }
 
     fn recentre(&mut self, position: DVec3) {
@@ -75,12 +190,144 @@ impl<G: Guide> Device for GuidedUser<G> {
         self.user.observe(view);
     }
 
+    /// Nothing any more once the pointer has gone.
+    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
+        let Drawing::Pointer(followers) = &self.drawing else { return ArrayVec::new() };
+        followers.iter().map(|follower| self.user.moved() + follower.target.position).collect()
+    }
+
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
-        let _ = self.guide.targets();
-        self.user.read(tick)
+        let Self { user, guided, drawing, .. } = self;
+        user.catch_up(tick, |user| guided.step(user, drawing))?;
+        self.heed_guide();
+        Ok(self.user.shown())
     }
 
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
-        self.user.write(wrenches)
+        self.user.hold(wrenches)?;
+        self.guided.step(&mut self.user, &mut self.drawing);
+        Ok(())
     }
+}
+
+impl GuidedModel {
+    fn of_scene(scene: &Scene, host: HostIndex, fingers: &[FingerModel]) -> Result<Self, FingerError> {
+        let (period_s, rate_rad_per_s) = (scene.rates.control_hz.period_s(), TAU * CORNER_HZ);
+        let guided = |finger: &FingerModel| {
+            let (rest, spring) = (finger.rest(), spring(scene, host));
+            FingerModel::new(&scene.hand, &scene.device, scene.space, rest, spring, period_s)
+        };
+        let filter_stiffness = rate_rad_per_s * rate_rad_per_s;
+        Ok(Self {
+            fingers: fingers.iter().map(guided).collect::<Result<_, _>>()?,
+            filter: Plant::new(1.0, 2.0 * rate_rad_per_s, filter_stiffness, period_s),
+            filter_stiffness,
+            lag_s: 2.0 / rate_rad_per_s,
+            most_step_m: MOST_SPEED_M_PER_S * period_s,
+            period_s,
+        })
+    }
+
+    /// Targets at which the spring pulls each finger just as it is pulled now. They stay where a script's were; where it
+    /// had none, they go to the finger.
+    fn taking_over(&self, user: &SimulatedUser, drawing: &Drawing) -> Followers {
+        let script = user.asked_by_scripts();
+        let fingers = self.fingers.iter().zip(user.states()).enumerate();
+        let follower = |(index, (guided, state)): (usize, (&FingerModel, &FingerState))| {
+            let (model, drive) = match drawing {
+                Drawing::Fading(left, ticks) => (guided, self.faded(&left[index], state, *ticks)),
+                _ => (&user.model().fingers()[index], script[index]),
+            };
+            let tracks = model.tracking().stiffness_n_per_m > 0.0;
+            let (goal, velocity) = if tracks {
+                (drive.target.position, drive.target.velocity)
+            } else {
+                (state.position, state.velocity)
+            };
+            let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = guided.tracking();
+            let by_damper = (velocity - state.velocity) * damping_n_s_per_m;
+            let stretch = (model.pull(state, &drive) - guided.freed(by_damper)) / stiffness_n_per_m;
+            let position = state.position + stretch;
+            let target = Target { velocity, ..Target::at(position) };
+            // So far ahead the filter neither speeds up nor brakes.
+            let aim = position + velocity * self.lag_s;
+            Follower { goal: guided.reachable(goal), aim, target }
+        };
+        fingers.map(follower).collect()
+    }
+
+    /// Sends targets to where a pointer says, told in a world that has `moved` (m) from the scene's.
+    fn sent(&self, mut followers: Followers, targets: &Targets, moved: DVec3) -> Followers {
+        let reach = DVec3::splat(REACH_M);
+        for ((follower, model), &target) in followers.iter_mut().zip(&self.fingers).zip(targets) {
+            if target.is_finite() {
+                follower.goal = model.reachable(target.clamp(-reach, reach) - moved);
+            }
+        }
+        followers
+    }
+
+    /// Targets that go no further.
+    fn stopping(&self, mut followers: Followers) -> Followers {
+        for follower in &mut followers {
+            follower.goal = follower.aim;
+        }
+        followers
+    }
+
+    /// One period on.
+    fn step(&self, user: &mut SimulatedUser, drawing: &mut Drawing) {
+        match drawing {
+            Drawing::Script => user.step(),
+            Drawing::Pointer(followers) => self.step_to_targets(user, followers),
+            Drawing::Stopping(followers, ticks) => {
+                self.step_to_targets(user, followers);
+                *ticks += 1;
+                if f64::from(*ticks) * self.period_s >= STOP_S {
+                    *drawing = Drawing::Fading(what_is_left(followers, user.states()), 0);
+                }
+            }
+            Drawing::Fading(left, ticks) => {
+                let drive = |(left, state)| self.faded(left, state, *ticks);
+                let drives: ArrayVec<Drive, MAX_FINGERS> =
+                    left.iter().zip(user.states()).map(drive).collect();
+                user.step_driven(&self.fingers, &drives);
+                *ticks += 1;
+                if f64::from(*ticks) * self.period_s >= FADE_S {
+                    user.begin_scripts();
+                    *drawing = Drawing::Script;
+                }
+            }
+        }
+    }
+
+    /// One period on for fingers, and then for the targets that they are drawn to.
+    fn step_to_targets(&self, user: &mut SimulatedUser, followers: &mut Followers) {
+        let drive = |follower: &Follower| Drive { force: DVec3::ZERO, target: follower.target };
+        let drives: ArrayVec<Drive, MAX_FINGERS> = followers.iter().map(drive).collect();
+        user.step_driven(&self.fingers, &drives);
+        for Follower { goal, aim, target } in followers {
+            *aim += (*goal - *aim).clamp_length_max(self.most_step_m);
+            let Target { position, velocity, .. } = *target;
+            (target.position, target.velocity) =
+                self.filter.step(position, velocity, *aim * self.filter_stiffness);
+        }
+    }
+
+    /// What still draws a finger in `state` so many ticks after fading began.
+    fn faded(&self, left: &Follower, state: &FingerState, ticks: u32) -> Drive {
+        let share = 1.0 - Progress::of_least_jerk(f64::from(ticks) * self.period_s, FADE_S).way;
+        let position = state.position + left.target.position * share;
+        let target = Target { velocity: left.target.velocity * share, ..Target::at(position) };
+        Drive { force: DVec3::ZERO, target }
+    }
+}
+
+/// Targets as seen from the fingers.
+fn what_is_left(followers: &Followers, states: &[FingerState]) -> Followers {
+    let left = |(follower, state): (&Follower, &FingerState)| {
+        let position = follower.target.position - state.position;
+        Follower { target: Target { position, ..follower.target }, ..*follower }
+    };
+    followers.iter().zip(states).map(left).collect()
 }

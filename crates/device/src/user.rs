@@ -80,11 +80,9 @@ impl UserModel {
     pub fn at_rest(&self, tick: u64, positions: &[DVec3], bodies: &[Pose]) -> UserState {
         let at_rest = |(model, &position): (&FingerModel, &DVec3)| model.at_rest(position);
         let fingers: ArrayVec<_, MAX_FINGERS> = self.fingers.iter().zip(positions).map(at_rest).collect();
-        let begin = |(script, members): &(Script, ArrayVec<usize, MAX_FINGERS>)| {
-            script.begin(tick, &self.touches(&fingers, members), bodies)
-        };
-        let scripts = self.scripts.iter().map(begin).collect();
-        UserState { tick, fingers, scripts }
+        let mut state = UserState { tick, fingers, scripts: ArrayVec::new() };
+        self.begin_scripts(&mut state, bodies);
+        state
     }
 
     fn touches(&self, fingers: &[FingerState], members: &[usize]) -> ArrayVec<Touch, MAX_FINGERS> {
@@ -100,6 +98,12 @@ impl UserModel {
     /// Advances `state`, at which the devices report `readings`, by one haptic period under the held forces, with the user
     /// seeing `bodies`. No allocation, no lock, bounded work.
     pub fn step(&self, state: &mut UserState, readings: &[Reading], bodies: &[Pose]) {
+        let drives = self.drives(state, bodies);
+        state.move_fingers(&self.fingers, readings, &drives);
+    }
+
+    /// What the scripts ask of the fingers from the state's tick to the next, one drive a finger.
+    pub(crate) fn drives(&self, state: &mut UserState, bodies: &[Pose]) -> [Drive; MAX_FINGERS] {
         let mut drives = [Drive::default(); MAX_FINGERS];
         for ((script, members), script_state) in self.scripts.iter().zip(&mut state.scripts) {
             let touches = self.touches(&state.fingers, members);
@@ -108,11 +112,27 @@ impl UserModel {
                 drives[finger] = drive;
             }
         }
-        let models = self.fingers.iter().zip(readings).zip(&drives);
-        for (((model, reading), drive), finger) in models.zip(&mut state.fingers) {
+        drives
+    }
+
+    /// Begins the scripts at the state's tick, from where the fingers are and however they move.
+    fn begin_scripts(&self, state: &mut UserState, bodies: &[Pose]) {
+        let begin = |(script, members): &(Script, ArrayVec<usize, MAX_FINGERS>)| {
+            script.begin(state.tick, &self.touches(&state.fingers, members), bodies)
+        };
+        let scripts = self.scripts.iter().map(begin).collect();
+        state.scripts = scripts;
+    }
+}
+
+impl UserState {
+    /// One period on: each finger as its constants in `fingers` say, drawn as `drives` say. No allocation.
+    fn move_fingers(&mut self, fingers: &[FingerModel], readings: &[Reading], drives: &[Drive]) {
+        let models = fingers.iter().zip(readings).zip(drives);
+        for (((model, reading), drive), finger) in models.zip(&mut self.fingers) {
             model.step(finger, reading, drive);
         }
-        state.tick += 1;
+        self.tick += 1;
     }
 }
 
@@ -202,9 +222,65 @@ impl SimulatedUser {
         self.restore(self.model.at_rest(tick, &places, &self.seen));
     }
 
-    fn step(&mut self) {
+    /// One period on, by the scripts.
+    pub(crate) fn step(&mut self) {
         self.model.step(&mut self.state, &self.readings, &self.seen);
         self.readings = self.model.readings(&self.state);
+    }
+
+    /// One period on, with `fingers` for constants and drawn as `drives` say; the scripts stand still.
+    pub(crate) fn step_driven(&mut self, fingers: &[FingerModel], drives: &[Drive]) {
+        self.state.move_fingers(fingers, &self.readings, drives);
+        self.readings = self.model.readings(&self.state);
+    }
+
+    /// What the scripts ask of the fingers at the present tick; nothing moves on.
+    pub(crate) fn asked_by_scripts(&self) -> [Drive; MAX_FINGERS] {
+        self.model.drives(&mut self.state.clone(), &self.seen)
+    }
+
+    /// Begins the scripts at the present tick, from where the fingers are and however they move.
+    pub(crate) fn begin_scripts(&mut self) {
+        self.model.begin_scripts(&mut self.state, &self.seen);
+    }
+
+    /// From the scene's world to the present one, m.
+    pub(crate) fn moved(&self) -> DVec3 {
+        self.moved
+    }
+
+    /// Goes on to `tick` with as many `step`s as that takes.
+    pub(crate) fn catch_up(&mut self, tick: u64, mut step: impl FnMut(&mut Self)) -> Result<(), DeviceError> {
+        let at = self.state.tick;
+        if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
+            let (device, most_ahead) = (self.name.clone(), MOST_TICKS_AHEAD);
+            return Err(DeviceError::TickOutOfReach { device, asked: tick, at, most_ahead });
+        }
+        while self.state.tick < tick {
+            step(self);
+        }
+        Ok(())
+    }
+
+    /// What the devices report, in the present world.
+    pub(crate) fn shown(&self) -> Readings {
+        let mut readings = self.readings.clone();
+        for reading in &mut readings {
+            reading.pose.position = self.moved + reading.pose.position;
+        }
+        readings
+    }
+
+    /// The devices render `wrenches` from now on.
+    pub(crate) fn hold(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        for &wrench in wrenches {
+            checked(&self.name, wrench)?;
+        }
+        for ((model, finger), wrench) in self.model.fingers.iter().zip(&mut self.state.fingers).zip(wrenches)
+        {
+            finger.held_force = model.rendered(finger.position, wrench.force);
+        }
+        Ok(())
     }
 }
 
@@ -240,35 +316,13 @@ impl Device for SimulatedUser {
     }
 
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
-        let at = self.state.tick;
-        if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
-            let device = self.name.clone();
-            return Err(DeviceError::TickOutOfReach {
-                device,
-                asked: tick,
-                at,
-                most_ahead: MOST_TICKS_AHEAD,
-            });
-        }
-        while self.state.tick < tick {
-            self.step();
-        }
-        let mut readings = self.readings.clone();
-        for reading in &mut readings {
-            reading.pose.position = self.moved + reading.pose.position;
-        }
-        Ok(readings)
+        self.catch_up(tick, Self::step)?;
+        Ok(self.shown())
     }
 
     /// One wrench a finger; fingers beyond the last keep theirs.
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
-        for &wrench in wrenches {
-            checked(&self.name, wrench)?;
-        }
-        for ((model, finger), wrench) in self.model.fingers.iter().zip(&mut self.state.fingers).zip(wrenches)
-        {
-            finger.held_force = model.rendered(finger.position, wrench.force);
-        }
+        self.hold(wrenches)?;
         self.step();
         Ok(())
     }

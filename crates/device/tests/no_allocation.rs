@@ -11,8 +11,9 @@ use cotouch_device::acted::LimitWatch;
 use cotouch_device::device::{Device, WorldView};
 use cotouch_device::energy::PortEnergy;
 use cotouch_device::governor::{Governor, GovernorInput};
+use cotouch_device::guided::{Guide, GuidedUser, Targets};
 use cotouch_device::user::SimulatedUser;
-use cotouch_scene::geometry::{Pose, Wrench, Wrenches};
+use cotouch_scene::geometry::{Pose, Reading, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, GovernorLimits, Space, VelocityEstimate};
 use glam::DVec3;
@@ -38,6 +39,16 @@ unsafe impl GlobalAlloc for Counting {
 
 #[global_allocator]
 static ALLOCATOR: Counting = Counting;
+
+/// A pointer that comes and goes.
+struct Visitor(u64);
+
+impl Guide for Visitor {
+    fn targets(&mut self) -> Option<Targets> {
+        self.0 += 1;
+        (self.0 % 1500 > 700).then(|| [DVec3::X * 1e-5 * self.0 as f64].into_iter().collect())
+    }
+}
 
 /// The only test in this binary: nothing else allocates meanwhile.
 #[test]
@@ -76,6 +87,7 @@ fn a_tick_allocates_nothing() {
         ..POINT
     };
     let mut user = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+    let mut guided = GuidedUser::of_scene(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
     let limits = GovernorLimits {
         max_force_n: 8.0,
         max_slew_n_per_s: 100.0,
@@ -88,6 +100,7 @@ fn a_tick_allocates_nothing() {
     let mut states = [governor.start(), governor.start(), governor.start()];
     let (mut port, mut watch) = (PortEnergy::default(), LimitWatch::default());
 
+    let mut drawn = false;
     let before = ALLOCATIONS.load(Ordering::Relaxed);
     for tick in (0..9000).filter(|tick| tick % 100 != 17) {
         let readings = user.read(tick).unwrap();
@@ -103,8 +116,14 @@ fn a_tick_allocates_nothing() {
             wrenches.push(output.commanded);
         }
         user.write(&wrenches).unwrap();
+        let readings = guided.read(tick).unwrap();
+        guided.observe(&WorldView { bodies: &[Pose::default()] });
+        let pull = |reading: &Reading| Wrench::force(reading.pose.position * -50.0);
+        guided.write(&readings.iter().map(pull).collect::<Wrenches>()).unwrap();
+        drawn |= !guided.drawn_to().is_empty();
     }
     let allocations = ALLOCATIONS.load(Ordering::Relaxed) - before;
     black_box((&states, &port, &watch));
+    assert!(drawn);
     assert_eq!(allocations, 0);
 }

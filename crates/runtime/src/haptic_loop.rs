@@ -5,11 +5,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use arrayvec::ArrayVec;
 use cotouch_device::device::Device;
+use cotouch_device::energy::PortEnergy;
+use cotouch_host::output::ContactSurface;
 use cotouch_net::clock::ClockMap;
 use cotouch_scene::geometry::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
 use cotouch_world::contact::Phase;
+use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::change::HostChange;
@@ -95,6 +98,8 @@ pub(crate) struct Timing {
     pub(crate) missed: u64,
     pub(crate) compute_ns: Histogram<u64>,
     pub(crate) lateness_ns: Histogram<u64>,
+    /// The largest lateness since displays were last told.
+    pub(crate) latest_ns: i64,
 }
 
 impl Timing {
@@ -102,13 +107,14 @@ impl Timing {
         // From 1 ns to 10 s with three digits; nothing is allocated after this.
         let histogram =
             || Histogram::new_with_bounds(1, 10_000_000_000, 3).expect("constant bounds are sound");
-        Self { ticks: 0, missed: 0, compute_ns: histogram(), lateness_ns: histogram() }
+        Self { ticks: 0, missed: 0, compute_ns: histogram(), lateness_ns: histogram(), latest_ns: 0 }
     }
 
     fn observe(&mut self, record: &TickRecord) {
         self.ticks += 1;
         self.compute_ns.saturating_record(record.compute_ns.max(1) as u64);
         self.lateness_ns.saturating_record(record.lateness_ns.max(1) as u64);
+        self.latest_ns = self.latest_ns.max(record.lateness_ns);
     }
 }
 
@@ -118,6 +124,8 @@ pub(crate) struct Control {
     pub(crate) stop: AtomicBool,
     /// Session time of the run so far, ns since its first tick.
     pub(crate) elapsed_ns: AtomicU64,
+    /// The run goes on until here at least, ns since its first tick, unless it is stopped.
+    pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
     /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
@@ -234,11 +242,12 @@ fn run_ticks(
             }
             continue;
         };
-        let releasing = due >= last || control.stop.load(Ordering::Relaxed);
+        let elapsed_ns = rate.instant(due).since(rate.instant(first));
+        let is_over = due >= last && elapsed_ns as u64 >= control.go_on_ns.load(Ordering::Relaxed);
+        let releasing = give_up != u64::MAX || is_over || control.stop.load(Ordering::Relaxed);
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
         }
-        let elapsed_ns = rate.instant(due).since(rate.instant(first));
         let shows = elapsed_ns >= next_snapshot_ns;
         if mailbox.deliver(hosts) {
             control.verdict.store(Verdict::TOO_EARLY, Ordering::Relaxed);
@@ -327,18 +336,31 @@ fn tick_host(host: &mut HapticHost, tick: u64, skipped: u64, lateness_ns: i64) {
     }
 }
 
-fn fingers(host: HostIndex, record: &TickRecord) -> ArrayVec<FingerSnapshot, MAX_FINGERS> {
+fn fingers(station: &Station<Box<dyn Device>>) -> ArrayVec<FingerSnapshot, MAX_FINGERS> {
+    let (host, record) = (station.model.host, station.last_record());
+    let targets = station.device.drawn_to();
     let finger = |(index, (&reading, &commanded))| FingerSnapshot {
         reading,
         commanded,
         contact: record.contact_of(host, index).map_or(Phase::Free, |contact| contact.phase),
-        proxy: None,
-        target: None,
+        proxy: proxy(station, index),
+        target: targets.get(index).copied(),
         governor_acted: record.governor_acted.get(index).copied().unwrap_or_default(),
         governor_gain: record.governor_gain.get(index).copied().unwrap_or_default(),
-        energy_j: 0.0,
+        energy_j: station.state.ports.get(index).map_or(0.0, PortEnergy::energy_j),
     };
     record.readings.iter().zip(&record.commanded).enumerate().map(finger).collect()
+}
+
+/// Where a finger would be if it could not get into the body that it touches, m: the contact's anchor.
+fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
+    let (model, state) = (&station.model, &station.state.host);
+    let ContactSurface::Body(body) = station.last_record().contact_of(model.host, finger)?.surface else {
+        return None;
+    };
+    let body = usize::from(body);
+    let contact = model.finger_contact(state, model.host, finger, body)?;
+    Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
 }
 
 impl HapticHost {
@@ -350,16 +372,17 @@ impl HapticHost {
         *snapshot = HostSnapshot {
             host: self.station.model.host,
             time_s: instant.as_secs_f64(),
-            fingers: fingers(self.station.model.host, record),
+            fingers: fingers(&self.station),
             bodies: record.bodies.iter().map(|body| body.pose).collect(),
             touches_wall: record.touches_wall,
             diverged: record.diverged,
             ticks: self.timing.ticks,
             missed: self.timing.missed,
-            lateness_us: record.lateness_ns as f64 * 1e-3,
+            lateness_us: self.timing.latest_ns.max(record.lateness_ns) as f64 * 1e-3,
             energy_j: record.energy_j,
             links: ArrayVec::new(),
         };
+        self.timing.latest_ns = 0;
         self.snapshot.publish();
     }
 }

@@ -24,6 +24,7 @@ pub mod change;
 pub mod clock;
 pub mod exchange;
 pub mod export;
+mod guests;
 pub mod hand;
 mod haptic_loop;
 mod impairment;

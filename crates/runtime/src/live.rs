@@ -13,8 +13,10 @@ use std::thread;
 use cotouch_device::guided;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::time::LocalTime;
 
 use crate::clock;
+use crate::guests::Guests;
 use crate::hand::{Hand, HeldBy, Seat, TakeError};
 use crate::real_time::{self, RealTimeOptions, StartError};
 use crate::recorder::RecordError;
@@ -26,6 +28,12 @@ use crate::summary::Summary;
 /// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
 /// kept: each has a file of its own (see [`numbered`]).
 pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, StartError> + Send + Sync>;
+
+/// A session that follows another lasts at least so long, s: who has asked for it is to see it.
+const SHORTEST_S: f64 = 2.0;
+
+/// Whoever watches says so again within this time.
+const WATCHED_NS: i64 = 1_000_000_000;
 
 /// Why a change was not made; the session that ran goes on, unless it says otherwise.
 #[derive(Debug, thiserror::Error)]
@@ -53,6 +61,7 @@ pub enum Changed {
 /// A session that is watched, joined and changed.
 pub struct LiveSession {
     shared: Arc<Shared>,
+    guests: Guests,
 }
 
 struct Shared {
@@ -78,6 +87,8 @@ struct Present {
     /// What happened in the session before.
     summary: Option<Result<Summary, RecordError>>,
     news: Vec<String>,
+    /// Somebody watches, until then at least.
+    watched_until: LocalTime,
 }
 
 impl LiveSession {
@@ -107,7 +118,7 @@ impl LiveSession {
             let gone_s = clock::now().since(began) as f64 * 1e-9;
             let impairment = &scene.link.impairment;
             let options = RealTimeOptions {
-                duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(0.0)),
+                duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(SHORTEST_S)),
                 recording: options.recording.as_deref().map(|path| numbered(path, generation)),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
             };
@@ -126,9 +137,11 @@ impl LiveSession {
             generation: 1,
             summary: None,
             news: Vec::new(),
+            watched_until: LocalTime(i64::MIN),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
-        Self { shared: Arc::new(Shared { starter, changing, present: Mutex::new(present), stopping }) }
+        let shared = Shared { starter, changing, present: Mutex::new(present), stopping };
+        Self { shared: Arc::new(shared), guests: Guests::default() }
     }
 
     /// The scene that runs, with the impairment that it runs with, and its number, from 1.
@@ -182,6 +195,7 @@ impl LiveSession {
         let mut snapshot =
             present.handle.as_ref().map_or_else(|| present.last.clone(), SessionHandle::snapshot);
         snapshot.ended = present.has_ended();
+        self.guests.add_to(&mut snapshot);
         (snapshot, present.generation)
     }
 
@@ -189,28 +203,24 @@ impl LiveSession {
     #[must_use]
     pub fn seats(&self) -> Vec<Seat> {
         let present = self.shared.present();
-        let Some(handle) = &present.handle else { return Vec::new() };
-        let (here, there) = (handle.hosts(), handle.present_peers());
-        let by = |user: HostIndex, name: &String| match (here.contains(&user), there.contains(name)) {
-            (true, _) => HeldBy::Script,
-            (false, true) => HeldBy::Elsewhere,
-            (false, false) => HeldBy::Nobody,
-        };
-        let name = |user: HostIndex| present.scene.users[user.index()].name.clone();
-        let seat = |user| Seat { user, name: name(user), by: by(user, &name(user)) };
-        present.scene.hosts().map(seat).collect()
+        present.handle.as_ref().map(|handle| self.guests.seats(handle)).unwrap_or_default()
     }
 
-    /// Takes a user's hand from its script, or a free place. Blocks for as long as joining takes.
+    /// Takes a user's hand from its script, or a free place. Blocks for as long as a restart or joining takes.
     ///
     /// # Errors
     /// When somebody else has it, or a free place cannot be had.
     pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
-        let users = self.shared.present().scene.session.users;
-        if user.0 >= users {
-            return Err(TakeError::NoSuchUser { user: user.0, users });
-        }
-        Err(TakeError::Ended)
+        let free_place = {
+            let _no_change_is_under_way = self.shared.begin_change();
+            let present = self.shared.present();
+            let handle = present.handle.as_ref().ok_or(TakeError::Ended)?;
+            match self.guests.free_place(handle, user) {
+                Some(place) => place,
+                None => return handle.take(user),
+            }
+        };
+        self.guests.let_in(free_place)
     }
 
     /// News in words since the last call.
@@ -248,9 +258,18 @@ impl LiveSession {
         self.shared.present().handle.as_ref().map_or(0.0, SessionHandle::elapsed_s)
     }
 
+    /// Says that somebody watches right now, so that a session whose objects leave all bounds begins anew, and that the
+    /// session goes on for at least so many seconds, whatever its duration.
+    pub fn is_watched(&self, go_on_s: f64) {
+        let mut present = self.shared.present();
+        present.watched_until = clock::now().plus_ns(WATCHED_NS);
+        present.handle.iter().for_each(|handle| handle.go_on_for(go_on_s));
+    }
+
     /// Asks the session to end.
     pub fn stop(&self) {
         self.shared.stopping.store(true, Ordering::SeqCst);
+        self.guests.stop();
         if let Some(handle) = &self.shared.present().handle {
             handle.stop();
         }

@@ -12,12 +12,13 @@ use std::time::Duration;
 
 use cotouch_device::device::Device;
 use cotouch_device::finger::FingerError;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::guided::GuidedUser;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 
 use crate::clock;
 use crate::exchange::RecordSink;
+use crate::hand::Place;
 use crate::haptic_loop::{self, Control, HapticHost, Timing};
 use crate::impairment::ImpairedWays;
 use crate::joining::{self, Seat};
@@ -123,14 +124,20 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
     (scene, warning)
 }
 
-/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with simulated hands.
+/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with simulated hands that pointers may take.
 ///
 /// # Errors
 /// When a socket, a thread or the recording cannot be had.
 pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
-    let hand = |host| Ok(Box::new(SimulatedUser::of_scene(scene, host)?) as Box<dyn Device>);
-    let devices = scene.hosts().map(hand).collect::<Result<_, FingerError>>()?;
-    run_local_with(scene, devices, options)
+    let hands = scene.hosts().map(|host| guided_hand(scene, host)).collect::<Result<Vec<_>, _>>()?;
+    let (devices, places) = hands.into_iter().unzip();
+    Ok(run_local_with(scene, devices, options)?.with_places(places))
+}
+
+/// The simulated hand of a user, which pointers may take.
+fn guided_hand(scene: &Scene, host: HostIndex) -> Result<(Box<dyn Device>, Place), FingerError> {
+    let (place, slot) = Place::new(scene, host);
+    Ok((Box::new(GuidedUser::of_scene(scene, host, slot)?), place))
 }
 
 /// As [`run_local`], with `devices`, one a host in the order of hosts.
@@ -172,10 +179,10 @@ pub fn serve(
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     let socket = bind(listen)?;
+    let server = local_address(&socket)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
     let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    let device = SimulatedUser::of_scene(scene, HostIndex::FIRST)?;
-    start(scene, vec![seat], vec![Box::new(device)], options)
+    start_one(scene, seat, HostIndex::FIRST, server, options)
 }
 
 /// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
@@ -194,9 +201,21 @@ pub fn join(
     let (transport, port) = take_seat(socket, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&transport, server)?;
     let host = transport.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let device = SimulatedUser::of_scene(&scene, host)?;
-    let handle = start(&scene, vec![(transport, port)], vec![Box::new(device)], options)?;
+    let handle = start_one(&scene, (transport, port), host, server, options)?;
     Ok((scene, handle))
+}
+
+/// Starts the host that has `seat` in the session at `server`.
+fn start_one(
+    scene: &Scene,
+    seat: Seat,
+    host: HostIndex,
+    server: SocketAddr,
+    options: &RealTimeOptions,
+) -> Result<SessionHandle, StartError> {
+    let (device, place) = guided_hand(scene, host)?;
+    let handle = start(scene, vec![seat], vec![device], options)?;
+    Ok(handle.with_places(vec![place]).with_server(server))
 }
 
 fn take_seat(

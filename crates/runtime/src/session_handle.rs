@@ -1,5 +1,6 @@
 //! A running session, as the rest of the program sees it.
 
+use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
@@ -11,6 +12,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::change::{self, HostChange};
+use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
 use crate::haptic_loop::{self, Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
@@ -40,6 +42,10 @@ pub struct SessionHandle {
     locals: Mutex<Vec<Local>>,
     haptic: Option<JoinHandle<Vec<HapticHost>>>,
     recording: Option<RecordingThread>,
+    /// Hands that pointers may take.
+    places: Vec<Place>,
+    /// Where others join, if they can.
+    server: Option<SocketAddr>,
 }
 
 impl SessionHandle {
@@ -56,7 +62,33 @@ impl SessionHandle {
         present.link.ways.clear();
         present.link.impairment = impairment;
         let changing = Mutex::new(Changing { scene: present, sender });
-        Self { scene, changing, control, locals: Mutex::new(locals), haptic: Some(haptic), recording }
+        Self {
+            scene,
+            changing,
+            control,
+            locals: Mutex::new(locals),
+            haptic: Some(haptic),
+            recording,
+            places: Vec::new(),
+            server: None,
+        }
+    }
+
+    /// The same session, with hands that pointers may take.
+    pub(crate) fn with_places(mut self, places: Vec<Place>) -> Self {
+        self.places = places;
+        self
+    }
+
+    /// The same session, which others join at `server`.
+    pub(crate) fn with_server(mut self, server: SocketAddr) -> Self {
+        self.server = Some(server);
+        self
+    }
+
+    /// Where others join, if they can.
+    pub(crate) fn server(&self) -> Option<SocketAddr> {
+        self.server
     }
 
     /// The scene that this session began with.
@@ -99,6 +131,12 @@ impl SessionHandle {
     /// Asks the session to end: forces fade out, peers are told, the recording is closed.
     pub fn stop(&self) {
         self.control.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Lets the session run for at least so long from now on, whatever its duration.
+    pub fn go_on_for(&self, seconds: f64) {
+        let until_ns = self.control.elapsed_ns.load(Ordering::Relaxed) + (seconds * 1e9) as u64;
+        self.control.go_on_ns.fetch_max(until_ns, Ordering::Relaxed);
     }
 
     /// Whether ticks have begun.
@@ -159,6 +197,48 @@ impl SessionHandle {
             let present = endpoint.peers().filter(|peer| peer.presence == Presence::Present);
             present.map(|peer| peer.name).collect()
         })
+    }
+
+    /// Who moves which hand, one seat a user.
+    #[must_use]
+    pub fn seats(&self) -> Vec<Seat> {
+        let present = self.present_peers();
+        let seat = |user: HostIndex| {
+            let name = self.scene.users[user.index()].name.clone();
+            let by = match self.places.iter().find(|place| place.user == user) {
+                Some(place) if place.is_taken() => HeldBy::Pointer,
+                Some(_) => HeldBy::Script,
+                None if present.contains(&name) || self.hosts().contains(&user) => HeldBy::Elsewhere,
+                None => HeldBy::Nobody,
+            };
+            Seat { user, name, by }
+        };
+        self.scene.hosts().map(seat).collect()
+    }
+
+    /// Takes the hand of a user of this process from its script.
+    ///
+    /// # Errors
+    /// When somebody else has it, it is not in this process, there is no such user, or the session is over.
+    pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
+        let users = self.scene.session.users;
+        let Some(of_scene) = self.scene.users.get(user.index()).filter(|_| user.0 < users) else {
+            return Err(TakeError::NoSuchUser { user: user.0, users });
+        };
+        if self.control.is_over() {
+            return Err(TakeError::Ended);
+        }
+        let name = of_scene.name.clone();
+        match self.places.iter().find(|place| place.user == user) {
+            Some(place) => place.take(&self.control).ok_or(TakeError::Taken { name }),
+            None if self.hosts().contains(&user) || self.present_peers().contains(&name) => {
+                Err(TakeError::Taken { name })
+            }
+            None => {
+                let why = "this session lets nobody in".to_owned();
+                Err(TakeError::NotLetIn { name, why })
+            }
+        }
     }
 
     /// The newest picture of this process's hosts; never holds up a haptic loop.

@@ -89,7 +89,7 @@ pub struct FingerSnapshot {
     pub commanded: Wrench,
     /// What it does at the body that it touches; a client, whose server knows, says free.
     pub contact: Phase,
-    /// Where on the surface it is held, m; `None` when it touches nothing.
+    /// Where its centre is held as if it could not get into what it touches, m; `None` when it touches nothing.
     pub proxy: Option<DVec3>,
     /// Where a pointer draws it, m; `None` when none does.
     pub target: Option<DVec3>,

@@ -7,6 +7,8 @@ use cotouch_scene::names::HostIndex;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::controls::Control;
+
 /// Values of controls, by key: numbers or choices.
 pub type Settings = BTreeMap<String, Setting>;
 
@@ -64,15 +66,45 @@ pub struct MapAxis {
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub(crate) enum ServerMessage {
     Session(Box<SessionMessage>),
-    Seats { seats: Vec<SeatInfo> },
-    Taken { user: Option<HostIndex>, stiffness_n_per_m: f64, damping_n_s_per_m: f64 },
-    Refused { what: &'static str, why: String },
-    News { text: String },
-    Settings { settings: Settings, note: String },
-    Verdict { id: u32, #[serde(flatten)] verdict: Value },
-    Margin { id: u32, #[serde(flatten)] margin: Value },
-    Map { id: u32, #[serde(flatten)] map: Value },
-    Failed { id: u32, what: &'static str, why: String },
+    Seats {
+        seats: Vec<SeatInfo>,
+    },
+    Taken {
+        user: Option<HostIndex>,
+        stiffness_n_per_m: f64,
+        damping_n_s_per_m: f64,
+    },
+    Refused {
+        what: &'static str,
+        why: String,
+    },
+    News {
+        text: String,
+    },
+    Settings {
+        settings: Settings,
+        note: String,
+    },
+    Verdict {
+        id: u32,
+        #[serde(flatten)]
+        verdict: Value,
+    },
+    Margin {
+        id: u32,
+        #[serde(flatten)]
+        margin: Value,
+    },
+    Map {
+        id: u32,
+        #[serde(flatten)]
+        map: Value,
+    },
+    Failed {
+        id: u32,
+        what: &'static str,
+        why: String,
+    },
 }
 
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -81,7 +113,7 @@ pub(crate) struct SessionMessage {
     pub(crate) generation: u32,
     pub(crate) mode: &'static str,
     pub(crate) about: Value,
-    pub(crate) controls: Vec<Value>,
+    pub(crate) controls: Vec<Control>,
     pub(crate) may_change: bool,
     pub(crate) recordings: Vec<Value>,
 }
