@@ -124,6 +124,8 @@ pub(crate) struct Control {
     pub(crate) stop: AtomicBool,
     /// Session time of the run so far, ns since its first tick.
     pub(crate) elapsed_ns: AtomicU64,
+    /// The run goes on until here at least, ns since its first tick, unless it is stopped.
+    pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
     /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
@@ -240,11 +242,12 @@ fn run_ticks(
             }
             continue;
         };
-        let releasing = due >= last || control.stop.load(Ordering::Relaxed);
+        let elapsed_ns = rate.instant(due).since(rate.instant(first));
+        let is_over = due >= last && elapsed_ns as u64 >= control.go_on_ns.load(Ordering::Relaxed);
+        let releasing = give_up != u64::MAX || is_over || control.stop.load(Ordering::Relaxed);
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
         }
-        let elapsed_ns = rate.instant(due).since(rate.instant(first));
         let shows = elapsed_ns >= next_snapshot_ns;
         if mailbox.deliver(hosts) {
             control.verdict.store(Verdict::TOO_EARLY, Ordering::Relaxed);

@@ -133,6 +133,12 @@ impl SessionHandle {
         self.control.stop.store(true, Ordering::Relaxed);
     }
 
+    /// Lets the session run for at least so long from now on, whatever its duration.
+    pub fn go_on_for(&self, seconds: f64) {
+        let until_ns = self.control.elapsed_ns.load(Ordering::Relaxed) + (seconds * 1e9) as u64;
+        self.control.go_on_ns.fetch_max(until_ns, Ordering::Relaxed);
+    }
+
     /// Whether ticks have begun.
     #[must_use]
     pub fn has_started(&self) -> bool {

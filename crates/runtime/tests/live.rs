@@ -195,6 +195,7 @@ fn predictions_are_for_what_a_real_network_can_play() {
     let (would_run, note) = session.as_it_would_run(&asked);
     assert_eq!((would_run.link.delay_periods, would_run.link.impairment.latency_s), (1, 0.05));
     assert!(note.unwrap().contains("delay_periods"));
+    wait_for_ticks(&session, 1);
     stop(session);
 }
 

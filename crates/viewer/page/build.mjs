@@ -1,11 +1,12 @@
-// Bundles the page into a folder: index.html, page.js and page.css. `node build.mjs FOLDER`
+// Bundles the page into a folder: index.html, page.js and page.css, each with its gzip form. `node build.mjs FOLDER`
 import { build } from "esbuild";
-import { copyFile, mkdir } from "node:fs/promises";
-import { dirname, join } from "node:path";
+import { copyFile, mkdir, readFile, writeFile } from "node:fs/promises";
+import { dirname, join, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
+import { gzipSync } from "node:zlib";
 
 const here = dirname(fileURLToPath(import.meta.url));
-const folder = process.argv[2] ?? "dist";
+const folder = resolve(process.argv[2] ?? "dist");
 await mkdir(folder, { recursive: true });
 await build({
   absWorkingDir: here,
@@ -14,8 +15,11 @@ await build({
   minify: true,
   format: "esm",
   target: ["es2022"],
-  outdir: join(process.cwd(), folder),
+  outdir: folder,
   legalComments: "eof",
   logLevel: "warning",
 });
-await copyFile(join(here, "index.html"), join(process.cwd(), folder, "index.html"));
+await copyFile(join(here, "index.html"), join(folder, "index.html"));
+for (const name of ["index.html", "page.js", "page.css"]) {
+  await writeFile(join(folder, `${name}.gz`), gzipSync(await readFile(join(folder, name)), { level: 9 }));
+}

@@ -1,45 +1,36 @@
-//! What a page has to know of a session besides its snapshots: sent once, first.
+//! What a page has to know of a session besides its pictures.
 
-use cotouch_scene::scene::{Architecture, Body, Scene, WallPlane};
+use cotouch_scene::mesh::TriangleMesh;
+use cotouch_scene::scene::{Architecture, Body, Scene, User, WallPlane};
+use glam::DVec3;
 use serde_json::{Value, json};
 
-/// The session's fixed facts, and who to ask for the prediction.
-pub struct About {
-    facts: Value,
-    prediction: Box<dyn Fn() -> Value + Send + Sync>,
+/// The facts of `scene`: `About` in `page/src/protocol.ts`.
+pub(crate) fn about(scene: &Scene) -> Value {
+    json!({
+        "scene": scene.name,
+        "description": scene.description,
+        "architecture": scene.session.architecture,
+        "copies": scene.session.architecture == Architecture::Distributed,
+        "users": scene.users.iter().map(|user| user.name.as_str()).collect::<Vec<_>>(),
+        "fingers_m": scene.users.iter().map(fingers).collect::<Vec<_>>(),
+        "space": scene.space,
+        "control_hz": scene.rates.control_hz.hz(),
+        "network_hz": scene.rates.network_hz.hz(),
+        "delay_periods": scene.link.delay_periods,
+        "max_force_n": scene.governor.max_force_n,
+        "finger_radius_m": scene.hand.finger_radius_m,
+        "bodies": scene.world_bodies().iter().map(body).collect::<Vec<_>>(),
+        "walls": scene.walls().iter().map(wall).collect::<Vec<_>>(),
+    })
 }
 
-impl About {
-    /// The facts of `scene`. `prediction` is asked once for every page that connects; it answers `null`, or an object
-    /// with `stable` (true or false) and `spectral_radius` (a number).
-    pub fn new(scene: &Scene, prediction: impl Fn() -> Value + Send + Sync + 'static) -> Self {
-        let walls: Vec<Value> = scene.walls().iter().map(wall).collect();
-        let bodies: Vec<Value> = scene.world_bodies().iter().map(body).collect();
-        let facts = json!({
-            "scene": scene.name,
-            "description": scene.description,
-            "architecture": scene.session.architecture,
-            "copies": scene.session.architecture == Architecture::Distributed,
-            "users": scene.users.iter().map(|user| user.name.as_str()).collect::<Vec<_>>(),
-            "control_hz": scene.rates.control_hz.hz(),
-            "network_hz": scene.rates.network_hz.hz(),
-            "delay_periods": scene.link.delay_periods,
-            "max_force_n": scene.governor.max_force_n,
-            "space": scene.space,
-            "finger_radius_m": scene.hand.finger_radius_m,
-            "bodies": bodies,
-            "walls": walls,
-        });
-        Self { facts, prediction: Box::new(prediction) }
-    }
-
-    /// The first message on the WebSocket.
-    pub(crate) fn message(&self) -> String {
-        json!({ "about": self.facts, "predicted": (self.prediction)() }).to_string()
-    }
+/// Where the user's fingers rest.
+fn fingers(user: &User) -> Vec<DVec3> {
+    user.fingers.iter().map(|finger| finger.position_m).collect()
 }
 
-/// A body as a page draws it; its poses are in the snapshots.
+/// A body as a page draws it; its poses are in the pictures.
 fn body(body: &Body) -> Value {
     let shape = &body.shape;
     json!({
@@ -49,9 +40,33 @@ fn body(body: &Body) -> Value {
         "radius_m": shape.radius_m,
         "length_m": shape.length_m,
         "fixed": body.fixed,
+        "surface": shape.surface.as_deref().map(surface),
     })
+}
+
+/// As single precision: a display needs no more.
+fn surface(mesh: &TriangleMesh) -> Value {
+    let vertices: Vec<f32> = mesh.vertices.iter().flat_map(|vertex| vertex.as_vec3().to_array()).collect();
+    json!({ "vertices_m": vertices, "triangles": mesh.triangles.concat() })
 }
 
 fn wall(plane: &WallPlane) -> Value {
     json!({ "name": plane.name, "point_m": plane.point_m, "normal": plane.normal.normalize() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_facts_of_a_grasp_are_those_of_its_scene() {
+        let facts = about(&cotouch_scene::load("grasp", &[]).unwrap());
+        assert_eq!(facts["users"], json!(["anna", "ben"]));
+        assert_eq!(facts["fingers_m"][0].as_array().unwrap().len(), 2);
+        assert_eq!(facts["bodies"][0]["kind"], "box");
+        assert_eq!(facts["bodies"][0]["surface"], Value::Null);
+        assert_eq!(facts["walls"].as_array().unwrap().len(), 4);
+        assert_eq!(facts["space"], "plane");
+        assert_eq!(facts["copies"], true);
+    }
 }

@@ -26,14 +26,25 @@ const KIND: u8 = 1;
 /// Writes `snapshot` of session number `generation` in place of what `out` held.
 pub fn encode(snapshot: &Snapshot, generation: u32, out: &mut Vec<u8>) {
     out.clear();
+    put_header(out, snapshot, generation, snapshot.hosts.len());
+    snapshot.hosts.iter().for_each(|host| encode_host(host, out));
+}
+
+/// As [`encode`], of the first session, with hosts that [`encode_host`] wrote.
+pub(crate) fn encode_merged(snapshot: &Snapshot, hosts: &[&[u8]], out: &mut Vec<u8>) {
+    out.clear();
+    put_header(out, snapshot, 1, hosts.len());
+    hosts.iter().for_each(|host| out.extend_from_slice(host));
+}
+
+fn put_header(out: &mut Vec<u8>, snapshot: &Snapshot, generation: u32, hosts: usize) {
     let flags =
         u8::from(snapshot.ended) | verdict(snapshot.stable) << 1 | verdict(snapshot.lately.stable) << 3;
     // Soft bodies' surfaces come here; no snapshot has any yet.
-    out.extend([KIND, flags, snapshot.hosts.len() as u8, 0]);
+    out.extend([KIND, flags, hosts as u8, 0]);
     out.extend(generation.to_le_bytes());
     out.extend(snapshot.time_s.to_le_bytes());
     put(out, snapshot.lately.oscillation_j);
-    snapshot.hosts.iter().for_each(|host| put_host(out, host));
 }
 
 fn verdict(stable: Option<bool>) -> u8 {
@@ -44,7 +55,8 @@ fn verdict(stable: Option<bool>) -> u8 {
     }
 }
 
-fn put_host(out: &mut Vec<u8>, host: &HostSnapshot) {
+/// Writes one host after what `out` holds.
+pub(crate) fn encode_host(host: &HostSnapshot, out: &mut Vec<u8>) {
     let flags = u8::from(host.touches_wall) | u8::from(host.diverged) << 1;
     out.extend([host.host.0, flags, host.fingers.len() as u8, host.bodies.len() as u8]);
     out.extend((host.links.len() as u32).to_le_bytes());

@@ -7,6 +7,8 @@ use cotouch_scene::names::HostIndex;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use crate::controls::Control;
+
 /// Values of controls, by key: numbers or choices.
 pub type Settings = BTreeMap<String, Setting>;
 
@@ -111,7 +113,7 @@ pub(crate) struct SessionMessage {
     pub(crate) generation: u32,
     pub(crate) mode: &'static str,
     pub(crate) about: Value,
-    pub(crate) controls: Vec<Value>,
+    pub(crate) controls: Vec<Control>,
     pub(crate) may_change: bool,
     pub(crate) recordings: Vec<Value>,
 }

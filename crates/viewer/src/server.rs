@@ -4,20 +4,32 @@ use std::io;
 use std::net::{SocketAddr, TcpListener};
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
 
 use axum::Router;
-use axum::extract::Request;
-use axum::http::StatusCode;
+use axum::extract::ws::WebSocketUpgrade;
+use axum::extract::{ConnectInfo, Path, Request, State};
+use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
 use cotouch_runtime::live::LiveSession;
-use cotouch_scene::Override;
-use tokio::sync::oneshot;
+use tokio::sync::{Semaphore, mpsc, oneshot};
 
+use crate::browser::{self, LARGEST_MESSAGE_BYTES, Visit};
+use crate::bundle::{self, Part};
+use crate::changing::{self, Change};
+use crate::lesson::Lesson;
 use crate::manners;
+use crate::predicting::{Predicting, Queue};
 use crate::predictor::Predictor;
+use crate::replays::{LONGEST_REQUEST_S, Replay, ReplayError};
+use crate::room::{Room, Subject};
+use crate::settings::Base;
+
+/// Browsers that look at one session at most.
+const MOST_BROWSERS: usize = 32;
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
@@ -36,22 +48,20 @@ pub enum ViewerError {
         /// What the system said.
         source: io::Error,
     },
+    /// A recording cannot be shown.
+    #[error(transparent)]
+    Replay(#[from] ReplayError),
 }
 
 /// A running viewer; dropping it closes the page's address.
 pub struct Viewer {
     address: SocketAddr,
+    room: Arc<Room>,
+    places: Arc<Semaphore>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
-}
-
-/// Where the scene of a session comes from, so that it can be had with other settings.
-#[derive(Clone, Debug)]
-pub struct Base {
-    /// A built-in scene or a file.
-    pub scene: String,
-    /// What `--set` said.
-    pub overrides: Vec<Override>,
+    // Dropped after the thread was joined: nobody asks it any more.
+    _predicting: Predicting,
 }
 
 /// What a page shows.
@@ -63,10 +73,12 @@ pub enum Show {
 }
 
 impl Viewer {
-    /// Serves the page of a session on `address` (port 0: any free port) from a thread of its own.
+    /// Serves the page of a session on `address` (port 0: any free port) from a thread of its own. Recordings are read
+    /// first.
     ///
     /// # Errors
-    /// When the address is taken or the system refuses it. The session can go on without a viewer.
+    /// When the address is taken or the system refuses it (the session can go on without a viewer), or a recording cannot
+    /// be shown.
     pub fn start(
         address: SocketAddr,
         show: Show,
@@ -79,21 +91,29 @@ impl Viewer {
         let listener = TcpListener::bind(address).map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
         let bound = listener.local_addr().map_err(refused)?;
-        let _ = (show, predictor);
-        let routes = routes();
+        let room = Arc::new(Room::new(subject(show)?));
+        let predicting = Predicting::start(Arc::clone(&room), predictor).map_err(refused)?;
+        let places = Arc::new(Semaphore::new(MOST_BROWSERS));
+        let desk = Desk::new(Arc::clone(&room), Arc::clone(&places), predicting.queue());
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(refused)?;
         let thread = std::thread::Builder::new()
             .name("viewer".to_owned())
-            .spawn(move || runtime.block_on(serve(listener, routes, stopped)))
+            .spawn(move || runtime.block_on(serve(listener, desk, stopped)))
             .map_err(refused)?;
-        Ok(Self { address: bound, stop: Some(stop), thread: Some(thread) })
+        let (stop, thread) = (Some(stop), Some(thread));
+        Ok(Self { address: bound, room, places, stop, thread, _predicting: predicting })
     }
 
     /// Browsers that watch at this moment.
     #[must_use]
     pub fn watchers(&self) -> usize {
-        0
+        MOST_BROWSERS - self.places.available_permits()
+    }
+
+    /// Shows a sentence on all pages.
+    pub fn tell(&self, news: &str) {
+        self.room.tell(news);
     }
 
     /// Where the page is.
@@ -111,24 +131,121 @@ impl Drop for Viewer {
     }
 }
 
-async fn serve(listener: TcpListener, routes: Router, stopped: oneshot::Receiver<()>) {
+fn subject(show: Show) -> Result<Subject, ReplayError> {
+    match show {
+        Show::Live(live, base) => {
+            let lesson = Lesson::new(&live, base);
+            Ok(Subject::Live(live, lesson))
+        }
+        Show::Replay(paths) => {
+            let replays: Result<Vec<Replay>, ReplayError> =
+                paths.iter().map(|path| Replay::open(path)).collect();
+            Ok(Subject::Replay(replays?))
+        }
+    }
+}
+
+/// What answers need.
+#[derive(Clone)]
+struct Desk {
+    room: Arc<Room>,
+    places: Arc<Semaphore>,
+    predictions: Arc<Queue>,
+    changes: Option<mpsc::Sender<Change>>,
+    next_number: Arc<AtomicU64>,
+}
+
+impl Desk {
+    fn new(room: Arc<Room>, places: Arc<Semaphore>, predictions: Arc<Queue>) -> Self {
+        Self { room, places, predictions, changes: None, next_number: Arc::new(AtomicU64::new(0)) }
+    }
+}
+
+async fn serve(listener: TcpListener, mut desk: Desk, stopped: oneshot::Receiver<()>) {
+    let (changes, asked) = mpsc::channel(changing::MOST_WAITING);
+    desk.changes = Some(changes);
+    let room = Arc::clone(&desk.room);
     let served = async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        axum::serve(listener, routes).await
+        let service = routes(desk).into_make_service_with_connect_info::<SocketAddr>();
+        axum::serve(listener, service).await
     };
     tokio::select! {
         _ = stopped => {}
+        () = room.tend() => {}
+        () = changing::make(Arc::clone(&room), asked) => {}
         result = served => if let Err(error) = result {
             tracing::warn!("the viewer ended: {error}");
         },
     }
 }
 
-fn routes() -> Router {
+fn routes(desk: Desk) -> Router {
     Router::new()
+        .route("/", get(async |headers: HeaderMap| bundle::answer(Part::Page, &headers)))
+        .route("/page.js", get(async |headers: HeaderMap| bundle::answer(Part::Script, &headers)))
+        .route("/page.css", get(async |headers: HeaderMap| bundle::answer(Part::Style, &headers)))
+        .route("/live", get(live))
+        .route("/recordings/{index}/pictures", get(pictures))
+        .with_state(desk)
         .layer(middleware::from_fn(only_our_page))
-        .route("/healthz", get(|| async { "ok\n" }))
+        .route("/healthz", get(async || "ok\n"))
         .layer(middleware::from_fn(with_headers))
+}
+
+async fn live(
+    State(desk): State<Desk>,
+    ConnectInfo(peer): ConnectInfo<SocketAddr>,
+    upgrade: WebSocketUpgrade,
+) -> Response {
+    let upgrade = upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES);
+    let Ok(place) = Arc::clone(&desk.places).try_acquire_owned() else {
+        return upgrade.on_upgrade(|socket| browser::turn_away(socket, MOST_BROWSERS));
+    };
+    let Some(changes) = desk.changes.clone() else { return StatusCode::SERVICE_UNAVAILABLE.into_response() };
+    let visit = Visit {
+        room: desk.room,
+        number: desk.next_number.fetch_add(1, Ordering::Relaxed),
+        is_here: peer.ip().to_canonical().is_loopback(),
+        changes,
+        predictions: desk.predictions,
+    };
+    upgrade.on_upgrade(|socket| browser::serve(socket, visit, place))
+}
+
+async fn pictures(State(desk): State<Desk>, Path(index): Path<String>, uri: Uri) -> Response {
+    let refuse = |status, why: String| (status, why + "\n").into_response();
+    let Subject::Replay(replays) = &desk.room.subject else {
+        return refuse(StatusCode::NOT_FOUND, "this is a running session, not a recording".to_owned());
+    };
+    let Some(replay) = index.parse().ok().and_then(|index: usize| replays.get(index)) else {
+        let why =
+            format!("there are {} recordings here, counted from 0; this is none of them", replays.len());
+        return refuse(StatusCode::NOT_FOUND, why);
+    };
+    match span(uri.query().unwrap_or_default()) {
+        Ok((from_s, to_s)) => {
+            let kind = [(header::CONTENT_TYPE, "application/octet-stream")];
+            (kind, replay.between(from_s, to_s).to_vec()).into_response()
+        }
+        Err(why) => refuse(StatusCode::BAD_REQUEST, why),
+    }
+}
+
+/// `from_s` and `to_s` of a query.
+fn span(query: &str) -> Result<(f64, f64), String> {
+    let number = |name: &str| {
+        let value = query.split('&').filter_map(|part| part.split_once('=')).find(|part| part.0 == name);
+        let number: Option<f64> = value.and_then(|(_, value)| value.parse().ok());
+        number
+            .filter(|number| number.is_finite())
+            .ok_or_else(|| format!("{name} must be a number of seconds"))
+    };
+    let (from_s, to_s) = (number("from_s")?, number("to_s")?);
+    if from_s > to_s || to_s - from_s > LONGEST_REQUEST_S {
+        return Err(format!("to_s must be from 0 to {LONGEST_REQUEST_S} s after from_s"));
+    }
+    Ok((from_s, to_s))
 }
 
 async fn only_our_page(request: Request, next: Next) -> Response {

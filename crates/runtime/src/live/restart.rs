@@ -125,7 +125,7 @@ impl Shared {
 }
 
 /// Watches a session in the background: a world that has left all bounds stands still for good, so the session begins
-/// anew after a moment in which that can be seen.
+/// anew, if somebody watches, after a moment in which that can be seen.
 pub(super) fn watch(shared: &Arc<Shared>) {
     let shared = Arc::downgrade(shared);
     let watcher = thread::Builder::new().name("live session".to_owned());
@@ -139,6 +139,8 @@ fn watch_while_there(shared: &Weak<Shared>) {
         thread::sleep(WATCH_PERIOD);
         let Some(shared) = shared.upgrade() else { return };
         let (diverged, generation) = shared.has_diverged();
+        // Where nobody watches, what happened is to stand in the summary.
+        let diverged = diverged && shared.present().watched_until > clock::now();
         seen = match seen.filter(|(of, _)| diverged && *of == generation) {
             Some((_, since)) if clock::now().since(since) >= DIVERGED_STAYS_NS => {
                 shared.begin_anew_after(generation);

@@ -2,9 +2,11 @@
 //!
 //! They were unstable where, in the last second, a governor limit acted for over 20 ms on end or for over a tenth of the
 //! time, or where the couplers' energy above 8 Hz, in the median over the last second, was more than 1.5 times that of
-//! the second before and more than 20 µJ, which is a third of a millimetre across a coupler of 400 N/m: a knock, such as a
-//! box that is set down, is louder than 1 µJ for longer than a second's median forgives. The share of time, because an oscillation that has grown into the governor's
-//! limits grows no more, and meets them only at its peaks.
+//! the second before and more than 20 µJ.
+//!
+//! A share of the time, because an oscillation that has grown into the governor's limits grows no more, and meets them
+//! only at its peaks. And 20 µJ, a third of a millimetre across a coupler of 400 N/m, because a knock, such as a box
+//! that is set down, rings for long enough to be in the median of so short a time.
 
 use cotouch_device::acted::{Acted, LimitWatch};
 use cotouch_scene::time::Schedule;

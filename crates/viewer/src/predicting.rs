@@ -1,0 +1,157 @@
+//! One thread that asks the predictor for all browsers: of every browser the newest question only.
+
+use std::collections::VecDeque;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+
+use serde_json::Value;
+use tokio::sync::mpsc;
+
+use crate::lesson;
+use crate::predictor::{Answer, Predictor, Question};
+use crate::protocol::{MapAxes, ServerMessage, Settings};
+use crate::room::{Room, Subject, lock};
+
+/// The predictor is to leave the processors to haptic loops.
+const NICENESS: i32 = 10;
+
+/// A browser's question.
+pub(crate) struct Ask {
+    /// Which browser.
+    pub(crate) browser: u64,
+    pub(crate) id: u32,
+    pub(crate) settings: Settings,
+    pub(crate) margin: bool,
+    pub(crate) map: Option<MapAxes>,
+    pub(crate) asker: mpsc::Sender<ServerMessage>,
+}
+
+/// The thread. Dropping it gives up what it works on.
+pub(crate) struct Predicting {
+    queue: Arc<Queue>,
+    thread: Option<JoinHandle<()>>,
+}
+
+#[derive(Default)]
+pub(crate) struct Queue {
+    waiting: Mutex<Waiting>,
+    more: Condvar,
+}
+
+#[derive(Default)]
+struct Waiting {
+    asks: VecDeque<Ask>,
+    over: bool,
+}
+
+impl Predicting {
+    pub(crate) fn start(room: Arc<Room>, predictor: Arc<dyn Predictor>) -> io::Result<Self> {
+        let queue = Arc::new(Queue::default());
+        let asked = Arc::clone(&queue);
+        let thread = thread::Builder::new().name("predictor".to_owned()).spawn(move || {
+            // Where the system does not allow that, it is only less polite. Threads that this one starts follow it.
+            let _ = rustix::process::nice(NICENESS);
+            while let Some(ask) = asked.next() {
+                answer(&ask, &asked, &room, predictor.as_ref());
+            }
+        })?;
+        Ok(Self { queue, thread: Some(thread) })
+    }
+
+    pub(crate) fn queue(&self) -> Arc<Queue> {
+        Arc::clone(&self.queue)
+    }
+}
+
+impl Drop for Predicting {
+    fn drop(&mut self) {
+        lock(&self.queue.waiting).over = true;
+        self.queue.more.notify_all();
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+impl Queue {
+    /// Puts a question in, in place of an older one of the same browser.
+    pub(crate) fn put(&self, ask: Ask) {
+        let mut waiting = lock(&self.waiting);
+        match waiting.asks.iter_mut().find(|other| other.browser == ask.browser) {
+            Some(older) => *older = ask,
+            None => waiting.asks.push_back(ask),
+        }
+        drop(waiting);
+        self.more.notify_one();
+    }
+
+    /// The question that has waited longest; nothing when it is over.
+    fn next(&self) -> Option<Ask> {
+        let mut waiting = lock(&self.waiting);
+        while !waiting.over {
+            if let Some(ask) = waiting.asks.pop_front() {
+                return Some(ask);
+            }
+            waiting = self.more.wait(waiting).unwrap_or_else(PoisonError::into_inner);
+        }
+        None
+    }
+
+    /// Whether `ask` is the newest question of a browser that still listens.
+    fn wants(&self, ask: &Ask) -> bool {
+        let waiting = lock(&self.waiting);
+        let is_newest = !waiting.asks.iter().any(|other| other.browser == ask.browser);
+        is_newest && !waiting.over && !ask.asker.is_closed()
+    }
+}
+
+fn answer(ask: &Ask, queue: &Queue, room: &Room, predictor: &dyn Predictor) {
+    // A browser that takes no messages does not want this one either.
+    let tell = |message| drop(ask.asker.try_send(message));
+    let (question, note) = match question(ask, room) {
+        Ok(question) => question,
+        Err(why) => return tell(ServerMessage::Refused { what: "predict", why }),
+    };
+    let wanted = || queue.wants(ask);
+    let mut tell_part = |part: Answer| {
+        if wanted() {
+            tell(message(ask.id, part, note.as_deref()));
+        }
+    };
+    let ask_it = AssertUnwindSafe(|| predictor.predict(&question, &wanted, &mut tell_part));
+    if catch_unwind(ask_it).is_err() {
+        let why = "the analysis failed; what it said is on the program's standard error".to_owned();
+        tell(ServerMessage::Failed { id: ask.id, what: "verdict", why });
+    }
+}
+
+/// What is asked, and what the session would do differently; or why that cannot be asked.
+fn question(ask: &Ask, room: &Room) -> Result<(Question, Option<String>), String> {
+    let nothing = || "nothing can be predicted here: where the scene comes from is not known".to_owned();
+    let Subject::Live(live, lesson) = &room.subject else { return Err(nothing()) };
+    let present = lesson.present().ok_or_else(nothing)?;
+    let controls = room.stage.borrow().session.controls.clone();
+    let (wanted, controls) = present.with(&ask.settings, &controls, live)?;
+    if let Some(axes) = &ask.map {
+        lesson::check_map(axes, &controls)?;
+    }
+    let (scene, note) = live.as_it_would_run(&wanted.scene);
+    Ok((Question { scene, margin: ask.margin, map: ask.map.clone() }, note))
+}
+
+fn message(id: u32, answer: Answer, note: Option<&str>) -> ServerMessage {
+    match answer {
+        Answer::Verdict(verdict) => ServerMessage::Verdict { id, verdict: with_warning(verdict, note) },
+        Answer::Margin(margin) => ServerMessage::Margin { id, margin },
+        Answer::Map(map) => ServerMessage::Map { id, map },
+        Answer::Failed(what, why) => ServerMessage::Failed { id, what, why },
+    }
+}
+
+/// A verdict about something else than what was asked for says so.
+fn with_warning(mut verdict: Value, note: Option<&str>) -> Value {
+    if let (Some(note), Some(Value::Array(warnings))) = (note, verdict.get_mut("warnings")) {
+        warnings.push(note.into());
+    }
+    verdict
+}

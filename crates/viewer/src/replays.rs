@@ -1,0 +1,271 @@
+//! Recordings as pictures: read once, kept encoded, given out by session time.
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use cotouch_host::output::ContactRecord;
+use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
+use cotouch_runtime::recording::{RecordingError, RecordingReader};
+use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_scene::geometry::Wrench;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Scene;
+use cotouch_world::contact::Phase;
+use serde_json::{Value, json};
+
+use crate::about::about;
+use crate::picture::{encode_host, encode_merged};
+
+/// Pictures a second at most.
+const PICTURES_PER_S: f64 = 60.0;
+
+/// Pictures of a host at most: a long recording has fewer a second.
+const MOST_PICTURES: usize = 100_000;
+
+/// A page asks for no more at once.
+pub(crate) const LONGEST_REQUEST_S: f64 = 30.0;
+
+/// Why a recording cannot be shown.
+#[derive(Debug, thiserror::Error)]
+pub enum ReplayError {
+    /// It cannot be read.
+    #[error("{path}: {source}")]
+    Recording {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        source: RecordingError,
+    },
+    /// The scene in it does not read.
+    #[error("{path}: the scene of the recording cannot be used: {reason}")]
+    Scene {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// It has no tick.
+    #[error("{path}: the recording has no tick that could be shown")]
+    Empty {
+        /// The file.
+        path: PathBuf,
+    },
+}
+
+/// A recording, ready to be shown.
+pub(crate) struct Replay {
+    name: String,
+    pub(crate) about: Value,
+    /// Session time of each picture, s, rising; the picture's place in `bytes` ends there.
+    pictures: Vec<(f64, usize)>,
+    /// All pictures, each after its length.
+    bytes: Vec<u8>,
+}
+
+impl Replay {
+    pub(crate) fn open(path: &Path) -> Result<Self, ReplayError> {
+        let failed = |source| ReplayError::Recording { path: path.to_owned(), source };
+        let recording = RecordingReader::open(path).map_err(failed)?;
+        let text = &recording.header().scene_toml;
+        let scene = cotouch_scene::parse(text, "its scene", None, &[])
+            .map_err(|errors| ReplayError::Scene { path: path.to_owned(), reason: errors.to_string() })?;
+        let mut replay = Self::read(&scene, recording).map_err(failed)?;
+        if replay.pictures.is_empty() {
+            return Err(ReplayError::Empty { path: path.to_owned() });
+        }
+        replay.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        Ok(replay)
+    }
+
+    fn read<R: Read>(scene: &Scene, recording: RecordingReader<R>) -> Result<Self, RecordingError> {
+        let mut shots: Vec<Shots> = scene.hosts().map(|host| Shots::new(host, scene.session.users)).collect();
+        for item in recording {
+            let item = item?;
+            // A host that the scene does not have is not shown.
+            if let Some(shots) = shots.get_mut(item.host.index()) {
+                shots.take(item);
+            }
+        }
+        let (pictures, bytes) = merged(shots);
+        Ok(Self { name: String::new(), about: about(scene), pictures, bytes })
+    }
+
+    /// `RecordingInfo` in `page/src/protocol.ts`.
+    pub(crate) fn info(&self) -> Value {
+        let (starts_s, ends_s) = match (self.pictures.first(), self.pictures.last()) {
+            (Some(first), Some(last)) => (first.0, last.0),
+            _ => (0.0, 0.0),
+        };
+        json!({ "name": self.name, "duration_s": ends_s - starts_s, "starts_s": starts_s, "about": self.about })
+    }
+
+    /// The pictures from one session time on to before another, each after its length.
+    pub(crate) fn between(&self, from_s: f64, to_s: f64) -> &[u8] {
+        let first = self.pictures.partition_point(|picture| picture.0 < from_s);
+        let end = self.pictures.partition_point(|picture| picture.0 < to_s).max(first);
+        let place = |index: usize| index.checked_sub(1).map_or(0, |before| self.pictures[before].1);
+        &self.bytes[place(first)..place(end)]
+    }
+}
+
+/// One host's part of the pictures.
+struct Shots {
+    host: HostIndex,
+    /// Which picture of 60 a second, session time, and the host encoded.
+    taken: Vec<(i64, f64, Vec<u8>)>,
+    /// Every so many pictures of 60 a second are kept.
+    stride: i64,
+    ticks: u64,
+    missed: u64,
+    lateness_ns: i64,
+    peers: Vec<Peer>,
+}
+
+/// What was heard of a peer.
+#[derive(Clone, Default)]
+struct Peer {
+    present: bool,
+    received: u64,
+    /// The first and the last network step that was heard of.
+    steps: Option<(u64, u64)>,
+}
+
+impl Shots {
+    fn new(host: HostIndex, users: u8) -> Self {
+        let peers = vec![Peer::default(); usize::from(users)];
+        Self { host, taken: Vec::new(), stride: 1, ticks: 0, missed: 0, lateness_ns: 0, peers }
+    }
+
+    fn take(&mut self, item: RecordItem) {
+        match item.kind {
+            RecordKind::Tick(tick) => self.take_tick(&tick),
+            RecordKind::Received { from, packet } => {
+                if let Some(peer) = self.peers.get_mut(from.index()) {
+                    peer.hear(packet.step);
+                }
+            }
+            RecordKind::Presence { peer, present } => {
+                if let Some(peer) = self.peers.get_mut(peer.index()) {
+                    peer.present = present;
+                }
+            }
+            RecordKind::Note(Note::Skipped { ticks }) => self.missed = self.missed.saturating_add(ticks),
+            _ => {}
+        }
+    }
+
+    fn take_tick(&mut self, tick: &TickRecord) {
+        self.ticks += 1;
+        self.lateness_ns = self.lateness_ns.max(tick.lateness_ns);
+        let time_s = tick.instant.as_secs_f64();
+        let slot = (time_s * PICTURES_PER_S).floor() as i64;
+        if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.0) {
+            return;
+        }
+        let mut bytes = Vec::new();
+        encode_host(&self.snapshot(tick, time_s), &mut bytes);
+        self.taken.push((slot, time_s, bytes));
+        self.lateness_ns = 0;
+        if self.taken.len() >= MOST_PICTURES {
+            self.thin_out();
+        }
+    }
+
+    /// Keeps every second picture, from here on too.
+    fn thin_out(&mut self) {
+        self.stride *= 2;
+        self.taken.retain(|shot| shot.0 % self.stride == 0);
+    }
+
+    fn snapshot(&self, tick: &TickRecord, time_s: f64) -> HostSnapshot {
+        let fingers = tick.readings.len();
+        let finger = |nth: usize| finger(tick, self.host, nth, fingers);
+        let links = self.peers.iter().enumerate().filter(|(index, _)| *index != self.host.index());
+        HostSnapshot {
+            host: self.host,
+            time_s,
+            fingers: (0..fingers).map(finger).collect(),
+            bodies: tick.bodies.iter().map(|body| body.pose).collect(),
+            touches_wall: tick.touches_wall,
+            diverged: tick.diverged,
+            ticks: self.ticks,
+            missed: self.missed,
+            lateness_us: self.lateness_ns as f64 * 1e-3,
+            energy_j: tick.energy_j,
+            links: links.map(|(index, peer)| peer.snapshot(HostIndex(index as u8))).collect(),
+        }
+    }
+}
+
+impl Peer {
+    fn hear(&mut self, step: u64) {
+        self.present = true;
+        self.received += 1;
+        let (first, last) = self.steps.unwrap_or((step, step));
+        self.steps = Some((first.min(step), last.max(step)));
+    }
+
+    /// A recording has no round trips.
+    fn snapshot(&self, peer: HostIndex) -> LinkSnapshot {
+        let sent = self.steps.map_or(0, |(first, last)| (last - first).saturating_add(1));
+        LinkSnapshot {
+            peer,
+            present: self.present,
+            round_trip_ms: f64::NAN,
+            rms_jitter_ms: f64::NAN,
+            received: self.received,
+            lost: sent.saturating_sub(self.received),
+        }
+    }
+}
+
+/// A recording knows the energy of all fingers together, and no pointer.
+fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> FingerSnapshot {
+    let contact: Option<&ContactRecord> = tick.contact_of(host, nth);
+    FingerSnapshot {
+        reading: tick.readings[nth],
+        commanded: tick.commanded.get(nth).copied().unwrap_or_else(Wrench::default),
+        contact: contact.map_or(Phase::Free, |contact| contact.phase),
+        proxy: contact.and_then(|contact| on_the_surface(tick, contact, nth)),
+        target: None,
+        governor_acted: tick.governor_acted.get(nth).copied().unwrap_or(0),
+        governor_gain: tick.governor_gain.get(nth).copied().unwrap_or(1.0),
+        energy_j: if fingers == 1 { tick.energy_j } else { f64::NAN },
+    }
+}
+
+/// Out of the body along the force, by as much as the finger is inside.
+fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> Option<glam::DVec3> {
+    let out = contact.force.try_normalize()?;
+    Some(tick.readings[finger].pose.position + out * contact.depth_m)
+}
+
+/// The hosts' parts put together, picture by picture. A host that has none in between shows its last one.
+fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
+    let stride = hosts.iter().map(|shots| shots.stride).max().unwrap_or(1);
+    hosts.iter_mut().for_each(|shots| shots.taken.retain(|shot| shot.0 % stride == 0));
+    let mut slots: Vec<i64> = hosts.iter().flat_map(|shots| shots.taken.iter().map(|shot| shot.0)).collect();
+    slots.sort_unstable();
+    slots.dedup();
+    let (mut pictures, mut bytes) = (Vec::with_capacity(slots.len()), Vec::new());
+    let mut next = vec![0; hosts.len()];
+    let mut picture = Vec::new();
+    for slot in slots {
+        for (next, shots) in next.iter_mut().zip(&hosts) {
+            *next += usize::from(shots.taken.get(*next).is_some_and(|shot| shot.0 == slot));
+        }
+        let shown: Vec<&(i64, f64, Vec<u8>)> = next
+            .iter()
+            .zip(&hosts)
+            .filter_map(|(next, shots)| shots.taken.get(next.checked_sub(1)?))
+            .collect();
+        let time_s = shown.iter().map(|shot| shot.1).fold(f64::NEG_INFINITY, f64::max);
+        let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.2.as_slice()).collect();
+        let header = Snapshot { time_s, ..Snapshot::default() };
+        encode_merged(&header, &parts, &mut picture);
+        bytes.extend((picture.len() as u32).to_le_bytes());
+        bytes.extend(&picture);
+        pictures.push((time_s, bytes.len()));
+    }
+    (pictures, bytes)
+}
