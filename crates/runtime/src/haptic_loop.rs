@@ -20,7 +20,7 @@ use crate::clock;
 use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
-use crate::snapshot::{FingerSnapshot, HostSnapshot};
+use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately};
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
 
@@ -28,6 +28,8 @@ use crate::transport::{HapticPort, Inbound};
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
 /// The verdict so far is renewed every second, the first time when there is something to judge.
 const VERDICT_PERIOD_NS: i64 = 1_000_000_000;
+/// What the last seconds were like is renewed so often.
+const LATELY_PERIOD_NS: i64 = 100_000_000;
 const FIRST_VERDICT_NS: i64 = 3_000_000_000;
 /// After this time a device that still renders a force is let go of by ending anyway, s.
 const LONGEST_RELEASE_S: f64 = 2.0;
@@ -128,8 +130,30 @@ pub(crate) struct Control {
     pub(crate) ended: AtomicBool,
     /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
     pub(crate) verdict: AtomicU8,
+    /// What the last seconds were like, in the same words.
+    pub(crate) lately: AtomicU8,
+    /// Bits of the energy (J) that goes with it.
+    pub(crate) oscillation_j: AtomicU64,
     /// What the system did not allow the haptic thread.
     pub(crate) warning: Mutex<Option<String>>,
+}
+
+impl Control {
+    /// Between ticks; no allocation.
+    fn tell_lately(&self, hosts: &[HapticHost]) {
+        let diverged = hosts.iter().any(|host| host.station.state.host.diverged);
+        let lately = monitor::lately(hosts.iter().map(|host| &host.station.lately), diverged);
+        self.lately.store(Verdict::of(lately.stable), Ordering::Relaxed);
+        self.oscillation_j.store(lately.oscillation_j.to_bits(), Ordering::Relaxed);
+    }
+
+    /// What the last seconds were like.
+    pub(crate) fn lately(&self) -> Lately {
+        Lately {
+            stable: Verdict::is_stable(self.lately.load(Ordering::Relaxed)),
+            oscillation_j: f64::from_bits(self.oscillation_j.load(Ordering::Relaxed)),
+        }
+    }
 }
 
 /// What [`Control::verdict`] says.
@@ -139,6 +163,19 @@ impl Verdict {
     pub(crate) const TOO_EARLY: u8 = 0;
     pub(crate) const STABLE: u8 = 1;
     pub(crate) const UNSTABLE: u8 = 2;
+
+    fn of(stable: Option<bool>) -> u8 {
+        stable.map_or(Self::TOO_EARLY, |stable| if stable { Self::STABLE } else { Self::UNSTABLE })
+    }
+
+    /// What the constant means; `None` while it is too early to say.
+    pub(crate) fn is_stable(verdict: u8) -> Option<bool> {
+        match verdict {
+            Self::STABLE => Some(true),
+            Self::UNSTABLE => Some(false),
+            _ => None,
+        }
+    }
 }
 
 /// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
@@ -197,6 +234,7 @@ fn run_ticks(
     let mut tick = first;
     let mut next_snapshot_ns = 0;
     let mut next_verdict_ns = FIRST_VERDICT_NS;
+    let mut next_lately_ns = 0;
     loop {
         let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else {
             if control.stop.load(Ordering::Relaxed) && hosts[0].port.clock().is_none() {
@@ -229,6 +267,10 @@ fn run_ticks(
         if shows {
             next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
         }
+        if elapsed_ns >= next_lately_ns {
+            next_lately_ns = elapsed_ns + LATELY_PERIOD_NS;
+            control.tell_lately(hosts);
+        }
         if elapsed_ns >= next_verdict_ns {
             next_verdict_ns = elapsed_ns + VERDICT_PERIOD_NS;
             control.verdict.store(verdict(hosts), Ordering::Relaxed);
@@ -253,7 +295,7 @@ fn verdict(hosts: &[HapticHost]) -> u8 {
         .any(|host| host.station.limits.is_exceeded(control(host)) || host.station.state.host.diverged);
     let quarters = hosts.iter().map(|host| host.station.oscillation.last_two_quarters_j());
     let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-    if limited || monitor::grows(before_j, last_j) { Verdict::UNSTABLE } else { Verdict::STABLE }
+    Verdict::of(Some(!limited && !monitor::grows(before_j, last_j)))
 }
 
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it

@@ -15,7 +15,7 @@ use crate::change::{self, HostChange};
 use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
 use crate::haptic_loop::{self, Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
-use crate::snapshot::{HostSnapshot, Lately, LinkSnapshot, Snapshot};
+use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
 use crate::transport::Transport;
@@ -262,12 +262,8 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        let stable = match self.control.verdict.load(Ordering::Relaxed) {
-            Verdict::STABLE => Some(true),
-            Verdict::UNSTABLE => Some(false),
-            _ => None,
-        };
-        Snapshot { time_s, stable, lately: Lately::default(), ended: self.has_ended(), hosts }
+        let stable = Verdict::is_stable(self.control.verdict.load(Ordering::Relaxed));
+        Snapshot { time_s, stable, lately: self.control.lately(), ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a

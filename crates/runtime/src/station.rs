@@ -23,7 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::change::HostChange;
 use crate::exchange::RecordSink;
-use crate::monitor::OscillationMonitor;
+use crate::monitor::{LatelyMonitor, OscillationMonitor};
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 
 /// Room for what a station's state has besides its host's, serialised.
@@ -45,6 +45,8 @@ pub struct Station<D> {
     pub oscillation: OscillationMonitor,
     /// Watches for limits that act for long.
     pub limits: LimitWatch,
+    /// Watches the last seconds.
+    pub lately: LatelyMonitor,
     governor: Governor,
     /// After a longer gap between ticks, forces begin again softly.
     watchdog_ticks: u64,
@@ -127,6 +129,7 @@ impl<D: Device> Station<D> {
             device,
             oscillation: OscillationMonitor::new(&scene.schedule(), model.coupler_slots()),
             limits: LimitWatch::default(),
+            lately: LatelyMonitor::new(&scene.schedule()),
             governor,
             watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
             state_bytes: Vec::with_capacity(state_bytes),
@@ -150,6 +153,7 @@ impl<D: Device> Station<D> {
             device: self.device.clone(),
             oscillation: self.oscillation.clone(),
             limits: self.limits,
+            lately: self.lately.clone(),
             governor: self.governor.clone(),
             watchdog_ticks: self.watchdog_ticks,
             sink: None,
@@ -274,7 +278,9 @@ impl<D: Device> Station<D> {
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
             self.oscillation.observe(&self.output.couplers, step.is_some());
-            self.limits.observe(limits_that_count(&governed));
+            let acted = limits_that_count(&governed);
+            self.limits.observe(acted);
+            self.lately.observe(self.oscillation.latest_j(), acted);
         }
         if device_failed || write_failed {
             self.record(|| RecordKind::Note(Note::DeviceFault));
