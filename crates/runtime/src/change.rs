@@ -79,7 +79,7 @@ mod tests {
         let possible = [
             ("single-axis", "coupling.object_object.stiffness_n_per_m=900"),
             ("single-axis", "coupling.hand_object.damping_n_s_per_m=1.5"),
-            ("single-axis", "object.mass_kg=0.4"),
+            ("single-axis", "object.mass_kg=0.5"),
             ("single-axis", "object.damping_n_s_per_m=-2"),
             ("single-axis", "wall.stiffness_n_per_m=300"),
             ("single-axis", "link.impairment.loss_rate=0.1"),
