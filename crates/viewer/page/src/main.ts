@@ -25,6 +25,7 @@ createLesson(section("lesson"), store, send);
 let replaying = false;
 store.on("session", (session) => {
   if (session.mode === "replay") {
+    section("plots").hidden = true;
     if (!replaying) createReplay(section("replay"), section("views"), session);
     replaying = true;
     return;

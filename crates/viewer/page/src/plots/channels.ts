@@ -38,7 +38,7 @@ export const PANELS: readonly PanelAbout[] = [
     least_span: 0.002, from_zero: false, nothing: "No energies yet.",
   },
   {
-    kind: "round-trip", name: "Round trip", title: "Mean round trip", unit: "ms", shown: { unit: "ms", factor: 1 },
+    kind: "round-trip", name: "Round trip", title: "Mean round trip to a peer and back", unit: "ms", shown: { unit: "ms", factor: 1 },
     least_span: 0.1, from_zero: true, nothing: "No round trip was measured.",
   },
   {
@@ -150,11 +150,11 @@ function linkChannels(about: About, name: string, user: HostIndex): Channel[] {
     const line = { component: null, user, dash: peer > user ? peer - 1 : peer, width: 1.5 };
     return [
       {
-        kind: "round-trip", label: `${name} to ${peerName} and back`, ...line,
+        kind: "round-trip", label: `${name} to ${peerName}`, ...line,
         read: (scan) => link(scan)?.round_trip_ms ?? NaN,
       },
       {
-        kind: "jitter", label: `${name} to ${peerName} and back`, ...line,
+        kind: "jitter", label: `${name} to ${peerName}`, ...line,
         read: (scan) => link(scan)?.jitter_ms ?? NaN,
       },
       {

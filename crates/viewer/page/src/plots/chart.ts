@@ -171,7 +171,7 @@ export class Chart {
     return {
       width: Math.max(100, width),
       height: Math.max(80, height),
-      padding: [10 * large, 14 * large, 0, 0],
+      padding: [10 * large, 24 * large, 0, 0],
       legend: { show: false },
       scales: {
         x: { time: false },
@@ -244,6 +244,7 @@ export class Chart {
     plot.ctx.save();
     plot.ctx.strokeStyle = colour("--accent", "#2563eb");
     plot.ctx.lineWidth = 2 * this.#enlarged * uPlot.pxRatio;
+    plot.ctx.setLineDash([]);
     plot.ctx.beginPath();
     plot.ctx.moveTo(at, top);
     plot.ctx.lineTo(at, top + height);

@@ -59,7 +59,7 @@ export class Dashboard {
 
   #fit(): void {
     const width = this.element.clientWidth;
-    if (width === 0) return;
+    if (width === 0 || !this.#session) return;
     const wanted = Math.min(this.most, Math.max(1, Math.floor(width / LEAST_WIDTH)));
     while (this.#panels.length > wanted) this.#panels.pop()?.remove();
     while (this.#panels.length < wanted) this.#addPanel(this.#panels.length);
