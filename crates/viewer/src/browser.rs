@@ -17,7 +17,6 @@ use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tokio::time::{Instant, interval, timeout};
 
 use crate::changing::{Change, Wanted};
-use crate::controls::shortened;
 use crate::predicting::{Ask, Queue};
 use crate::protocol::{PageMessage, ServerMessage};
 use crate::room::{Room, Subject};
@@ -147,9 +146,9 @@ impl Listen {
             held.last_heard = Instant::now();
         }
         match message {
-            Message::Text(text) => match serde_json::from_str(&text) {
+            Message::Text(text) => match PageMessage::read(&text) {
                 Ok(message) => self.do_as_asked(message),
-                Err(error) => self.refuse_message(&shortened(&error.to_string())),
+                Err(why) => self.refuse_message(&why),
             },
             Message::Binary(_) => self.refuse_message("it is not text"),
             Message::Pong(payload) => {

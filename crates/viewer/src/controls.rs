@@ -234,6 +234,8 @@ fn reaching(control: Control, scene: &Scene) -> Control {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::settings::Base;
 
@@ -295,6 +297,19 @@ mod tests {
         assert_eq!(before, after);
         let slider = before.iter().find(|control| control.key == key).unwrap();
         assert!(slider.log && (slider.low, slider.high) == (15.0, 6000.0), "{slider:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_number_at_any_control_is_a_scene_or_words(which in 0_usize..40, number in any::<f64>()) {
+            let (chosen, _, controls) = chosen("single-axis", Settings::new());
+            let key = controls[which % controls.len()].key.to_owned();
+            let settings = Settings::from([(key, Setting::Number(number))]);
+            if check(&controls, &settings).is_ok() {
+                let opened = chosen.with(&settings).open();
+                prop_assert!(opened.is_ok() || number.fract() != 0.0, "{settings:?}: {opened:?}");
+            }
+        }
     }
 
     #[test]
