@@ -8,6 +8,6 @@ fuzz_target!(|data: &[u8]| {
     if let Ok(text) = std::str::from_utf8(data)
         && let Err(why) = check_page_message(text)
     {
-        assert!(why.chars().count() <= 60);
+        assert!(why.chars().count() <= 200);
     }
 });

@@ -142,7 +142,8 @@ impl Listen {
     }
 
     fn hear(&mut self, message: Message) {
-        if let Some(held) = &mut self.held {
+        // A browser answers pings by itself, even when its page sleeps.
+        if let (Some(held), Message::Text(_)) = (&mut self.held, &message) {
             held.last_heard = Instant::now();
         }
         match message {
@@ -163,13 +164,13 @@ impl Listen {
     fn do_as_asked(&mut self, message: PageMessage) {
         match message {
             PageMessage::Take { user } => self.take(user),
-            PageMessage::Leave => self.let_go(),
+            PageMessage::Leave {} => self.let_go(),
             PageMessage::Point { targets_m } => self.point(&targets_m),
             PageMessage::Rate { hz } => {
                 self.says.rate_hz.send_replace(hz.clamp(RATES_HZ.0, RATES_HZ.1));
             }
             PageMessage::Set { settings } => self.change(Wanted::Settings(settings)),
-            PageMessage::Again => self.change(Wanted::Again),
+            PageMessage::Again {} => self.change(Wanted::Again),
             PageMessage::Predict { id, settings, margin, map } => {
                 let (browser, asker) = (self.visit.number, self.outbox.clone());
                 self.visit.predictions.put(Ask { browser, id, settings, margin, map, asker });

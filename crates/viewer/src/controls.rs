@@ -113,7 +113,7 @@ pub(crate) fn values(controls: &[Control], chosen: &Chosen, scene: &Scene) -> Se
 pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), String> {
     settings.iter().try_for_each(|(key, setting)| {
         let Some(control) = controls.iter().find(|control| control.key == key) else {
-            return Err(format!("there is no control \"{}\" in this scene", shortened(key)));
+            return Err(format!("there is no control \"{}\" in this scene", shortened(key, 60)));
         };
         match setting {
             Setting::Choice(word) if control.choices.contains(word) => Ok(()),
@@ -133,9 +133,9 @@ pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), Str
     })
 }
 
-/// A text from outside, short enough to be said back.
-pub(crate) fn shortened(text: &str) -> String {
-    text.chars().filter(|letter| !letter.is_control()).take(60).collect()
+/// A text from outside, short enough to be said back: at most so many letters.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    text.chars().filter(|letter| !letter.is_control()).take(most).collect()
 }
 
 fn scenes(family: &str) -> Vec<String> {

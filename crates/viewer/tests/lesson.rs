@@ -216,12 +216,14 @@ async fn recordings_are_shown_by_session_time() {
     let recording = &session["recordings"][1];
     assert_eq!(recording["name"], "carried.mcap");
     assert_eq!(recording["about"]["scene"], "grasp");
-    assert!((recording["duration_s"].as_f64().unwrap() - 2.0).abs() < 0.05, "{recording}");
+    // Two seconds, and the time in which forces fade out.
+    let duration_s = recording["duration_s"].as_f64().unwrap();
+    assert!((2.0..2.2).contains(&duration_s), "{recording}");
     page.say(json!({ "type": "take", "user": 0 })).await;
     assert_eq!(page.wait_for("refused").await["what"], "take");
 
     let whole = pictures(&body(viewer.address(), "/recordings/1/pictures?from_s=0&to_s=30"));
-    assert!((118..=121).contains(&whole.len()), "{} pictures", whole.len());
+    assert!((whole.len() as f64 - 60.0 * duration_s).abs() < 3.0, "{} pictures", whole.len());
     assert!(whole.iter().all(|seen| seen.hosts == 2));
     assert!(whole.windows(2).all(|pair| pair[0].time_s < pair[1].time_s));
     let part = pictures(&body(viewer.address(), "/recordings/0/pictures?to_s=1.5&from_s=0.5"));
