@@ -64,14 +64,18 @@ pub struct RateMargin {
     pub factor: Option<f64>,
 }
 
+fn go_on(wanted: bool) -> Result<(), SweepError> {
+    if wanted { Ok(()) } else { Err(SweepError::GivenUp) }
+}
+
 /// A margin, or why there is none.
 pub(crate) type Found<T> = Result<T, String>;
 
-/// All margins of a scene, on all cores.
+/// All margins of a scene, on all cores. `progress` is told the share that is done, and says whether to go on.
 ///
 /// # Errors
-/// When the scene cannot be analysed.
-pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Margins, SweepError> {
+/// When the scene cannot be analysed, or `progress` said no.
+pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
     let verdict = analyze(scene)?;
     let mut margins = Margins {
         stable: verdict.stable,
@@ -95,9 +99,9 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Margins
                 .to_owned(),
         );
     }
-    progress(0.7);
+    go_on(progress(0.7))?;
     margins.rates = rates::margins(scene, &mut margins.notes)?;
-    progress(0.8);
+    go_on(progress(0.8))?;
     let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
     margins.loss_rate = loss.map(|limit| limit.unwrap_or(1.0));
     if loss == Some(None) {

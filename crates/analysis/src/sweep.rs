@@ -51,6 +51,9 @@ pub enum SweepError {
     /// A point cannot be analysed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// Whoever asked does not want to know any more.
+    #[error("given up before the end")]
+    GivenUp,
 }
 
 const GRID_FORM: &str = "LO..HI:COUNT or LO..HI:COUNT:log, such as 0..5000:200 or 0.1..100:50:log";

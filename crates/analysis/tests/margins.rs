@@ -10,7 +10,7 @@ use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
 
 fn of(scene: &Scene) -> Margins {
-    margins(scene, &|_| ()).unwrap()
+    margins(scene, &|_| true).unwrap()
 }
 
 fn is_stable(scene: &Scene) -> bool {
@@ -144,4 +144,19 @@ fn an_unstable_scene_has_no_margins() {
     let grasp =
         of(&with(&grasp(Architecture::Centralized), "coupling.remote_hand_object.stiffness_n_per_m", 3000.0));
     assert!(!grasp.stable && grasp.notes[0].contains("contact"), "{grasp:?}");
+}
+
+#[test]
+fn who_does_not_want_to_know_any_more_gets_no_margins() {
+    let scene = cotouch_scene::load("single-axis", &[]).unwrap();
+    let shares = std::sync::Mutex::new(Vec::new());
+    let until = |limit: f64| {
+        cotouch_analysis::margin::margins(&scene, &|share| {
+            shares.lock().unwrap().push(share);
+            share < limit
+        })
+    };
+    assert!(matches!(until(0.3), Err(cotouch_analysis::sweep::SweepError::GivenUp)));
+    assert!(shares.lock().unwrap().iter().all(|&share| share < 0.7), "the rest was not begun");
+    until(2.0).unwrap();
 }

@@ -64,12 +64,7 @@ pub(crate) enum Command {
     /// Measure a link.
     Probe(Probe),
     /// Re-simulate a recording.
-    Replay {
-        /// The recording.
-        file: PathBuf,
-        /// The folder that gets one CSV file a host.
-        csv: Option<PathBuf>,
-    },
+    Replay(Replay),
     /// The verdict of the analysis on a scene, or on a scene whose keys are swept.
     Stability {
         /// The scene.
@@ -218,12 +213,27 @@ pub(crate) struct Run {
 pub(crate) struct Host {
     /// s; until Ctrl-C when nothing is said.
     pub(crate) duration_s: Option<f64>,
+    /// Whether it goes on after that for as long as a browser watches.
+    pub(crate) while_watched: bool,
     /// What to write.
     pub(crate) recording: Recording,
     /// Where the page is to be.
     pub(crate) viewer: Option<SocketAddr>,
     /// Impairments of a real link, or overrides of the simulated one.
     pub(crate) impair: Vec<Override>,
+}
+
+/// How to replay.
+#[derive(Debug)]
+pub(crate) struct Replay {
+    /// The recording.
+    pub(crate) file: PathBuf,
+    /// Another one, shown beside it.
+    pub(crate) beside: Option<PathBuf>,
+    /// The folder that gets one CSV file a host.
+    pub(crate) csv: Option<PathBuf>,
+    /// Where the page is served.
+    pub(crate) viewer: Option<SocketAddr>,
 }
 
 /// What to record.
@@ -272,6 +282,7 @@ mod tests {
     fn nothing_is_a_run_of_the_default_scene() {
         let Command::Run(run) = read("").unwrap().command else { panic!("not a run") };
         assert_eq!((run.scene.as_str(), run.host.duration_s), (DEFAULT_SCENE, Some(DEFAULT_DURATION_S)));
+        assert!(run.host.while_watched);
         assert_eq!(run.host.recording, Recording::Named);
         assert_eq!(run.host.viewer, Some(DEFAULT_VIEWER.parse().unwrap()));
     }
@@ -306,6 +317,8 @@ mod tests {
             "run --record a.mcap --no-record",
             "run --virtual --serve 127.0.0.1:1",
             "run --serve nowhere",
+            "replay",
+            "replay a.mcap b.mcap",
             "probe",
             "probe 127.0.0.1:1 --rate 0",
             "probe serve",

@@ -30,7 +30,7 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
         Command::Join { server, user, host } => run::join(server, user.as_deref(), host, output),
         Command::ProbeServe { listen } => probe::serve(*listen, output),
         Command::Probe(probe) => probe::probe(probe, output),
-        Command::Replay { file, csv } => replay::replay(file, csv.as_deref(), output),
+        Command::Replay(replay) => replay::replay(replay, output),
         Command::Stability { scene, sweeps, with_radius } => match &sweeps[..] {
             [] => analyze::stability(scene, overrides, output),
             [x, rest @ ..] => map::map(scene, x, rest.first(), *with_radius, overrides, output),

@@ -6,6 +6,7 @@ mod experiments;
 mod failure;
 mod figure;
 mod output;
+mod predictor;
 mod probe_socket;
 mod progress;
 mod session;

@@ -6,19 +6,21 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
+use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time::{self, RealTimeOptions};
 use cotouch_runtime::record::{RecordKind, TickRecord};
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::{self, Replayed};
-use cotouch_runtime::session_handle::{LOOK_PERIOD, SessionHandle};
-use cotouch_runtime::summary::{Predicted, Summary};
+use cotouch_runtime::session_handle::LOOK_PERIOD;
+use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
-use cotouch_viewer::{About, Viewer};
+use cotouch_viewer::{Base, Show, Viewer};
 
 use crate::output::Output;
+use crate::predictor::Analyst;
 use crate::progress::{Progress, Stop};
 use crate::trace::Trace;
 
@@ -27,6 +29,8 @@ use crate::trace::Trace;
 pub(crate) struct Plan {
     /// s of session time; until `stop` when nothing is said.
     pub(crate) duration_s: Option<f64>,
+    /// Whether it goes on after that for as long as a browser watches.
+    pub(crate) while_watched: bool,
     /// Where the recording goes.
     pub(crate) recording: Option<PathBuf>,
     /// What every way out of this process does to packets, besides what the network does.
@@ -55,14 +59,14 @@ pub(crate) fn simulate(
     Ok(virtual_run::run_observed(scene, duration_s, None, |_| true, observe)?)
 }
 
-/// Starts all hosts of `scene` in this process.
-pub(crate) fn start_local(scene: &Scene, plan: &Plan) -> anyhow::Result<SessionHandle> {
-    Ok(real_time::run_local(scene, &options(plan))?)
+/// Starts all hosts of `scene` in this process; its settings can be changed while it runs.
+pub(crate) fn start_local(scene: &Scene, plan: &Plan) -> anyhow::Result<LiveSession> {
+    Ok(LiveSession::run_local(scene, options(plan))?)
 }
 
 /// Starts the first host of `scene`, open to others.
-pub(crate) fn start_serving(scene: &Scene, listen: SocketAddr, plan: &Plan) -> anyhow::Result<SessionHandle> {
-    Ok(real_time::serve(scene, listen, &options(plan))?)
+pub(crate) fn start_serving(scene: &Scene, listen: SocketAddr, plan: &Plan) -> anyhow::Result<LiveSession> {
+    Ok(LiveSession::fixed(real_time::serve(scene, listen, &options(plan))?))
 }
 
 /// Joins a session; its scene comes from the server.
@@ -70,8 +74,9 @@ pub(crate) fn start_joining(
     server: SocketAddr,
     user: Option<&str>,
     plan: &Plan,
-) -> anyhow::Result<(Scene, SessionHandle)> {
-    Ok(real_time::join(server, user, &options(plan))?)
+) -> anyhow::Result<(Scene, LiveSession)> {
+    let (scene, handle) = real_time::join(server, user, &options(plan))?;
+    Ok((scene, LiveSession::fixed(handle)))
 }
 
 fn options(plan: &Plan) -> RealTimeOptions {
@@ -84,64 +89,82 @@ fn options(plan: &Plan) -> RealTimeOptions {
 
 /// A server that is gone for so many looks does not come back as the same session.
 const LOOKS_FOR_THE_SERVER: u32 = 60;
+/// A browser that watches keeps a session going for this long from look to look, s.
+const WATCHED_S: f64 = 2.0;
 
-/// Shows the session until it ends or `stop` is set, and says what happened.
+/// Shows the session until it ends or `stop` is set. With `base`, its settings can be predicted and, where all hosts are
+/// in this process, changed. Says what happened, and which scene it was in the end.
 pub(crate) fn watch(
-    handle: SessionHandle,
-    predicted: Option<Predicted>,
+    live: LiveSession,
+    base: Option<Base>,
     plan: &Plan,
     stop: &Stop,
     output: &Output,
-) -> anyhow::Result<Summary> {
-    let handle = Arc::new(handle);
-    let viewer = plan.viewer.and_then(|address| start_viewer(&handle, predicted, address, output));
+) -> anyhow::Result<(Summary, Scene)> {
+    let live = Arc::new(live);
+    let viewer = match plan.viewer {
+        Some(address) => start_viewer(Show::Live(Arc::clone(&live), base), address, "join it", output),
+        None => None,
+    };
     let progress = plan.duration_s.map(|_| Progress::new("running"));
     let mut warned = false;
-    let is_whole = handle.hosts().len() == usize::from(handle.scene().session.users);
     let mut looks_without_server = 0;
-    while !handle.has_ended() {
-        if !is_whole {
-            handle.take_news().iter().for_each(|news| eprintln!("note: {news}"));
+    while !live.has_ended() {
+        if !live.may_change() {
+            live.take_news().iter().for_each(|news| eprintln!("note: {news}"));
         }
-        looks_without_server = if handle.has_lost_the_server() { looks_without_server + 1 } else { 0 };
+        looks_without_server = if live.has_lost_the_server() { looks_without_server + 1 } else { 0 };
         if looks_without_server == LOOKS_FOR_THE_SERVER {
             eprintln!("note: the server has not come back; this host lets go and ends");
-            handle.stop();
+            live.stop();
         }
         if stop.is_set() {
-            handle.stop();
+            live.stop();
         }
-        if let (Some(warning), false) = (handle.warning(), warned) {
+        if viewer.as_ref().is_some_and(|viewer| viewer.watchers() > 0) {
+            live.is_watched(if plan.while_watched { WATCHED_S } else { 0.0 });
+        }
+        if let (Some(warning), false) = (live.warning(), warned) {
             warned = true;
             eprintln!("warning: {warning}");
         }
         if let (Some(progress), Some(duration_s)) = (&progress, plan.duration_s) {
-            progress.show(handle.elapsed_s() / duration_s);
+            progress.show(live.elapsed_s() / duration_s);
         }
         thread::sleep(LOOK_PERIOD);
     }
     drop(progress);
-    // The page shows the last picture until here; its server held the handle too.
+    // The page shows the last picture until here; its server held the session too.
     drop(viewer);
-    let handle = Arc::into_inner(handle).context("something still watches the session")?;
-    Ok(handle.finish()?)
+    let scene = live.scene().0;
+    let live = Arc::into_inner(live).context("something still watches the session")?;
+    Ok((live.finish()?, Arc::unwrap_or_clone(scene)))
 }
 
-/// The page of a session; without one the session goes on.
-fn start_viewer(
-    handle: &Arc<SessionHandle>,
-    predicted: Option<Predicted>,
+/// Shows recordings on a page.
+pub(crate) fn show_recordings(
+    files: Vec<PathBuf>,
     address: SocketAddr,
     output: &Output,
-) -> Option<Viewer> {
-    let about = About::new(handle.scene(), move || serde_json::to_value(predicted).unwrap_or_default());
-    let watched = Arc::clone(handle);
-    match Viewer::start(address, about, move || watched.snapshot()) {
+) -> anyhow::Result<Option<Viewer>> {
+    Ok(start_viewer(Show::Replay(files), address, "see it", output))
+}
+
+/// The page; without one the session goes on.
+fn start_viewer(show: Show, address: SocketAddr, what_for: &str, output: &Output) -> Option<Viewer> {
+    let predictor = match Analyst::new() {
+        Ok(analyst) => Arc::new(analyst),
+        Err(error) => {
+            eprintln!("warning: no page: {error}");
+            return None;
+        }
+    };
+    match Viewer::start(address, show, predictor) {
         Ok(viewer) => {
-            output.say(format_args!("watch it on http://{}", viewer.address()));
+            output.say(format_args!("{what_for} on http://{}", viewer.address()));
             if !viewer.address().ip().is_loopback() {
                 eprintln!(
-                    "note: anyone who reaches this address can watch the session; nothing is encrypted"
+                    "note: anyone who reaches this address can watch the session and move its hands; nothing is encrypted"
                 );
             }
             Some(viewer)

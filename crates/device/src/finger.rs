@@ -254,6 +254,11 @@ impl FingerModel {
         self.tracking
     }
 
+    /// Whether anything draws the finger to a target.
+    pub(crate) fn tracks(&self) -> bool {
+        self.tracking.stiffness_n_per_m > 0.0
+    }
+
     /// The place nearest to `place` (m) to which the finger can be moved: on its line or plane, within the stops.
     pub(crate) fn reachable(&self, place: DVec3) -> DVec3 {
         let within = self.device.as_ref().map_or(place, |Placed { mechanism, offset }| {

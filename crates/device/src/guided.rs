@@ -93,6 +93,8 @@ pub struct GuidedUser<G> {
 struct GuidedModel {
     /// As the user's own, with the spring for their tracking.
     fingers: Vec<FingerModel>,
+    /// Of each finger, whether its script tracks too.
+    scripts_track: Vec<bool>,
     /// What a target goes through: its input, times the stiffness, is where it is to be.
     filter: Plant,
     filter_stiffness: f64,
@@ -220,6 +222,7 @@ impl GuidedModel {
         let filter_stiffness = rate_rad_per_s * rate_rad_per_s;
         Ok(Self {
             fingers: fingers.iter().map(guided).collect::<Result<_, _>>()?,
+            scripts_track: fingers.iter().map(FingerModel::tracks).collect(),
             filter: Plant::new(1.0, 2.0 * rate_rad_per_s, filter_stiffness, period_s),
             filter_stiffness,
             lag_s: 2.0 / rate_rad_per_s,
@@ -235,11 +238,10 @@ impl GuidedModel {
         let fingers = self.fingers.iter().zip(user.states()).enumerate();
         let follower = |(index, (guided, state)): (usize, (&FingerModel, &FingerState))| {
             let (model, drive) = match drawing {
-                Drawing::Fading(left, ticks) => (guided, self.faded(&left[index], state, *ticks)),
+                Drawing::Fading(left, ticks) => (guided, self.faded(index, &left[index], state, *ticks)),
                 _ => (&user.model().fingers()[index], script[index]),
             };
-            let tracks = model.tracking().stiffness_n_per_m > 0.0;
-            let (goal, velocity) = if tracks {
+            let (goal, velocity) = if model.tracks() {
                 (drive.target.position, drive.target.velocity)
             } else {
                 (state.position, state.velocity)
@@ -288,9 +290,9 @@ impl GuidedModel {
                 }
             }
             Drawing::Fading(left, ticks) => {
-                let drive = |(left, state)| self.faded(left, state, *ticks);
+                let drive = |(index, (left, state))| self.faded(index, left, state, *ticks);
                 let drives: ArrayVec<Drive, MAX_FINGERS> =
-                    left.iter().zip(user.states()).map(drive).collect();
+                    left.iter().zip(user.states()).enumerate().map(drive).collect();
                 user.step_driven(&self.fingers, &drives);
                 *ticks += 1;
                 if f64::from(*ticks) * self.period_s >= FADE_S {
@@ -314,12 +316,14 @@ impl GuidedModel {
         }
     }
 
-    /// What still draws a finger in `state` so many ticks after fading began.
-    fn faded(&self, left: &Follower, state: &FingerState, ticks: u32) -> Drive {
+    /// What still draws a finger in `state` so many ticks after fading began. In the end it is what a script begins with:
+    /// tracking of a place at rest, or nothing, not even the damper.
+    fn faded(&self, finger: usize, left: &Follower, state: &FingerState, ticks: u32) -> Drive {
         let share = 1.0 - Progress::of_least_jerk(f64::from(ticks) * self.period_s, FADE_S).way;
         let position = state.position + left.target.position * share;
-        let target = Target { velocity: left.target.velocity * share, ..Target::at(position) };
-        Drive { force: DVec3::ZERO, target }
+        let last = if self.scripts_track[finger] { DVec3::ZERO } else { state.velocity };
+        let velocity = last.lerp(left.target.velocity, share);
+        Drive { force: DVec3::ZERO, target: Target { velocity, ..Target::at(position) } }
     }
 }
 

@@ -296,3 +296,32 @@ fn the_analysis_is_told_of_the_spring() {
         assert_eq!(cotouch_scene::parse(&text, name, None, &[]).unwrap().users, guided.users, "{name}");
     }
 }
+
+#[test]
+fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
+    let mut scene = scene_of(&[], &[DVec3::ZERO]);
+    scene.users[0].tracking = TRACKING;
+    let (mut user, pointer) = guided(&scene);
+    let load = Wrench::force(DVec3::X * -1.0);
+    let mut pulls = Vec::new();
+    pointer.at(&[]);
+    for number in 0..2000 {
+        if number == 1000 {
+            pointer.leave();
+        }
+        let before = user.read(number).unwrap()[0].twist.linear.x;
+        user.write(&[load]).unwrap();
+        let after = user.read(number + 1).unwrap()[0].twist.linear.x;
+        // m·v′ is the load, the arm's and the spring's pull.
+        let arm_n = ARM.damping_n_s_per_m * before;
+        pulls.push((after - before) * 1000.0 * ARM.mass_kg + arm_n - load.force.x);
+    }
+    assert!((pulls[999] - 1.0).abs() < 0.003, "the spring carries the load: {} N", pulls[999]);
+    let (stopped, gone) = (1000 + (STOP_S * 1000.0) as usize, 1000 + ((STOP_S + FADE_S) * 1000.0) as usize);
+    assert!((pulls[stopped - 2] - 1.0).abs() < 0.003);
+    assert!(pulls[gone + 2].abs() < 0.01, "nothing pulls any more: {} N", pulls[gone + 2]);
+    // 1 N within 0.3 s by the path of least jerk: at most 6 N/s, and what the damper adds.
+    for (tick, pair) in pulls.windows(2).enumerate().skip(900) {
+        assert!((pair[1] - pair[0]).abs() < 0.06, "tick {tick}: from {} to {} N", pair[0], pair[1]);
+    }
+}

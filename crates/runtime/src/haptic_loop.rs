@@ -15,11 +15,12 @@ use cotouch_world::contact::Phase;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 
+use crate::change::HostChange;
 use crate::clock;
 use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
-use crate::snapshot::{FingerSnapshot, HostSnapshot};
+use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately};
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
 
@@ -27,6 +28,8 @@ use crate::transport::{HapticPort, Inbound};
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
 /// The verdict so far is renewed every second, the first time when there is something to judge.
 const VERDICT_PERIOD_NS: i64 = 1_000_000_000;
+/// What the last seconds were like is renewed so often.
+const LATELY_PERIOD_NS: i64 = 100_000_000;
 const FIRST_VERDICT_NS: i64 = 3_000_000_000;
 /// After this time a device that still renders a force is let go of by ending anyway, s.
 const LONGEST_RELEASE_S: f64 = 2.0;
@@ -37,6 +40,55 @@ pub(crate) struct HapticHost {
     pub(crate) port: HapticPort,
     pub(crate) snapshot: triple_buffer::Input<HostSnapshot>,
     pub(crate) timing: Timing,
+}
+
+/// Changes of settings on their way to the haptic thread, one for each host in the order of hosts, and back, because
+/// nothing is dropped there.
+pub(crate) struct Mailbox {
+    incoming: rtrb::Consumer<Vec<HostChange>>,
+    taken: rtrb::Producer<Vec<HostChange>>,
+}
+
+/// The other end of a [`Mailbox`].
+pub(crate) struct Sender {
+    outgoing: rtrb::Producer<Vec<HostChange>>,
+    taken: rtrb::Consumer<Vec<HostChange>>,
+}
+
+/// Both ends, with room for one change.
+pub(crate) fn mailbox() -> (Sender, Mailbox) {
+    let (outgoing, incoming) = rtrb::RingBuffer::new(1);
+    let (back, taken) = rtrb::RingBuffer::new(1);
+    (Sender { outgoing, taken }, Mailbox { incoming, taken: back })
+}
+
+impl Sender {
+    /// Leaves a change for the haptic thread; whether there was room. It is made at the next tick.
+    pub(crate) fn send(&mut self, changes: Vec<HostChange>) -> bool {
+        while self.taken.pop().is_ok() {}
+        self.outgoing.push(changes).is_ok()
+    }
+
+    /// Whether the last change has been made.
+    pub(crate) fn was_taken(&self) -> bool {
+        !self.taken.is_empty()
+    }
+}
+
+impl Mailbox {
+    /// Makes the change that waits, if one does; whether one did. No allocation, no lock; nothing is dropped.
+    fn deliver(&mut self, hosts: &mut [HapticHost]) -> bool {
+        if self.taken.is_full() {
+            return false;
+        }
+        let Ok(mut changes) = self.incoming.pop() else { return false };
+        for (host, change) in hosts.iter_mut().zip(&mut changes) {
+            host.station.change(change);
+        }
+        // There is room, as was asked above.
+        let _: Result<(), _> = self.taken.push(changes);
+        true
+    }
 }
 
 /// How a host's ticks went.
@@ -72,20 +124,58 @@ pub(crate) struct Control {
     pub(crate) stop: AtomicBool,
     /// Session time of the run so far, ns since its first tick.
     pub(crate) elapsed_ns: AtomicU64,
+    /// The run goes on until here at least, ns since its first tick, unless it is stopped.
+    pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
     /// Whether the run has stayed stable so far: one of the constants of [`Verdict`].
     pub(crate) verdict: AtomicU8,
+    /// What the last seconds were like, in the same words.
+    pub(crate) lately: AtomicU8,
+    /// Bits of the energy (J) that goes with it.
+    pub(crate) oscillation_j: AtomicU64,
     /// What the system did not allow the haptic thread.
     pub(crate) warning: Mutex<Option<String>>,
+}
+
+impl Control {
+    /// Between ticks; no allocation.
+    fn tell_lately(&self, hosts: &[HapticHost]) {
+        let diverged = hosts.iter().any(|host| host.station.state.host.diverged);
+        let lately = monitor::lately(hosts.iter().map(|host| &host.station.lately), diverged);
+        self.lately.store(Verdict::of(lately.stable), Ordering::Relaxed);
+        self.oscillation_j.store(lately.oscillation_j.to_bits(), Ordering::Relaxed);
+    }
+
+    /// What the last seconds were like.
+    pub(crate) fn lately(&self) -> Lately {
+        Lately {
+            stable: Verdict::is_stable(self.lately.load(Ordering::Relaxed)),
+            oscillation_j: f64::from_bits(self.oscillation_j.load(Ordering::Relaxed)),
+        }
+    }
 }
 
 /// What [`Control::verdict`] says.
 pub(crate) struct Verdict;
 
 impl Verdict {
+    pub(crate) const TOO_EARLY: u8 = 0;
     pub(crate) const STABLE: u8 = 1;
     pub(crate) const UNSTABLE: u8 = 2;
+
+    fn of(stable: Option<bool>) -> u8 {
+        stable.map_or(Self::TOO_EARLY, |stable| if stable { Self::STABLE } else { Self::UNSTABLE })
+    }
+
+    /// What the constant means; `None` while it is too early to say.
+    pub(crate) fn is_stable(verdict: u8) -> Option<bool> {
+        match verdict {
+            Self::STABLE => Some(true),
+            Self::UNSTABLE => Some(false),
+            _ => None,
+        }
+    }
 }
 
 /// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
@@ -93,12 +183,13 @@ pub(crate) fn run(
     mut hosts: Vec<HapticHost>,
     rate: Rate,
     duration_s: Option<f64>,
+    mut mailbox: Mailbox,
     control: &Arc<Control>,
 ) -> Vec<HapticHost> {
     let warning = priority::raise_haptic_thread();
     *control.warning.lock().unwrap_or_else(PoisonError::into_inner) = warning;
     if let Some(first) = wait_for_start(&mut hosts, rate, control) {
-        run_ticks(&mut hosts, rate, first, duration_s, control);
+        run_ticks(&mut hosts, rate, first, duration_s, &mut mailbox, control);
     }
     control.ended.store(true, Ordering::Release);
     hosts
@@ -129,13 +220,21 @@ fn join_under_way(hosts: &mut [HapticHost], first: u64) -> u64 {
     first
 }
 
-fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Option<f64>, control: &Control) {
+fn run_ticks(
+    hosts: &mut [HapticHost],
+    rate: Rate,
+    first: u64,
+    duration_s: Option<f64>,
+    mailbox: &mut Mailbox,
+    control: &Control,
+) {
     let seconds = |seconds: f64| (seconds * rate.hz()).ceil() as u64;
     let last = duration_s.map_or(u64::MAX, |duration| first.saturating_add(seconds(duration)));
     let mut give_up = u64::MAX;
     let mut tick = first;
     let mut next_snapshot_ns = 0;
     let mut next_verdict_ns = FIRST_VERDICT_NS;
+    let mut next_lately_ns = 0;
     loop {
         let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else {
             if control.stop.load(Ordering::Relaxed) && hosts[0].port.clock().is_none() {
@@ -143,12 +242,17 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
             }
             continue;
         };
-        let releasing = due >= last || control.stop.load(Ordering::Relaxed);
+        let elapsed_ns = rate.instant(due).since(rate.instant(first));
+        let is_over = due >= last && elapsed_ns as u64 >= control.go_on_ns.load(Ordering::Relaxed);
+        let releasing = give_up != u64::MAX || is_over || control.stop.load(Ordering::Relaxed);
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(seconds(LONGEST_RELEASE_S));
         }
-        let elapsed_ns = rate.instant(due).since(rate.instant(first));
         let shows = elapsed_ns >= next_snapshot_ns;
+        if mailbox.deliver(hosts) {
+            control.verdict.store(Verdict::TOO_EARLY, Ordering::Relaxed);
+            next_verdict_ns = elapsed_ns + FIRST_VERDICT_NS;
+        }
         for host in hosts.iter_mut() {
             if releasing {
                 host.station.release();
@@ -162,6 +266,10 @@ fn run_ticks(hosts: &mut [HapticHost], rate: Rate, first: u64, duration_s: Optio
         hosts.iter_mut().for_each(|host| host.port.wake_sender());
         if shows {
             next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
+        }
+        if elapsed_ns >= next_lately_ns {
+            next_lately_ns = elapsed_ns + LATELY_PERIOD_NS;
+            control.tell_lately(hosts);
         }
         if elapsed_ns >= next_verdict_ns {
             next_verdict_ns = elapsed_ns + VERDICT_PERIOD_NS;
@@ -187,7 +295,7 @@ fn verdict(hosts: &[HapticHost]) -> u8 {
         .any(|host| host.station.limits.is_exceeded(control(host)) || host.station.state.host.diverged);
     let quarters = hosts.iter().map(|host| host.station.oscillation.last_two_quarters_j());
     let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-    if limited || monitor::grows(before_j, last_j) { Verdict::UNSTABLE } else { Verdict::STABLE }
+    Verdict::of(Some(!limited && !monitor::grows(before_j, last_j)))
 }
 
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it

@@ -26,6 +26,18 @@ impl ImpairedWays {
         Self { impairment, seed, from, links: HashMap::new() }
     }
 
+    /// From now on packets meet another impairment; those on their way arrive as they would have.
+    pub fn change(&mut self, impairment: &Impairment) {
+        self.impairment = impairment.clone();
+        self.links.values_mut().for_each(|link| link.set_impairment(impairment));
+    }
+
+    /// Whether packets meet nothing, and none is on its way.
+    #[must_use]
+    pub fn are_clear(&self) -> bool {
+        self.impairment == Impairment::NONE && self.next_due().is_none()
+    }
+
     /// Puts a datagram on its way.
     pub fn send(&mut self, now: LocalTime, to: SocketAddr, bytes: &[u8]) {
         if !self.links.contains_key(&to) && self.links.len() == MOST_DESTINATIONS {

@@ -13,6 +13,7 @@ use std::thread;
 use cotouch_device::guided;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::time::LocalTime;
 
 use crate::clock;
 use crate::guests::Guests;
@@ -27,6 +28,12 @@ use crate::summary::Summary;
 /// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
 /// kept: each has a file of its own (see [`numbered`]).
 pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, StartError> + Send + Sync>;
+
+/// A session that follows another lasts at least so long, s: who has asked for it is to see it.
+const SHORTEST_S: f64 = 2.0;
+
+/// Whoever watches says so again within this time.
+const WATCHED_NS: i64 = 1_000_000_000;
 
 /// Why a change was not made; the session that ran goes on, unless it says otherwise.
 #[derive(Debug, thiserror::Error)]
@@ -80,6 +87,8 @@ struct Present {
     /// What happened in the session before.
     summary: Option<Result<Summary, RecordError>>,
     news: Vec<String>,
+    /// Somebody watches, until then at least.
+    watched_until: LocalTime,
 }
 
 impl LiveSession {
@@ -109,7 +118,7 @@ impl LiveSession {
             let gone_s = clock::now().since(began) as f64 * 1e-9;
             let impairment = &scene.link.impairment;
             let options = RealTimeOptions {
-                duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(0.0)),
+                duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(SHORTEST_S)),
                 recording: options.recording.as_deref().map(|path| numbered(path, generation)),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
             };
@@ -119,9 +128,7 @@ impl LiveSession {
     }
 
     fn new(handle: SessionHandle, starter: Option<Starter>) -> Self {
-        let mut scene = handle.scene().clone();
-        scene.link.ways.clear();
-        scene.link.impairment = handle.impairment().clone();
+        let scene = handle.present_scene();
         let present = Present {
             last: handle.snapshot(),
             handle: Some(handle),
@@ -130,6 +137,7 @@ impl LiveSession {
             generation: 1,
             summary: None,
             news: Vec::new(),
+            watched_until: LocalTime(i64::MIN),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
         let shared = Shared { starter, changing, present: Mutex::new(present), stopping };
@@ -248,6 +256,14 @@ impl LiveSession {
     #[must_use]
     pub fn elapsed_s(&self) -> f64 {
         self.shared.present().handle.as_ref().map_or(0.0, SessionHandle::elapsed_s)
+    }
+
+    /// Says that somebody watches right now, so that a session whose objects leave all bounds begins anew, and that the
+    /// session goes on for at least so many seconds, whatever its duration.
+    pub fn is_watched(&self, go_on_s: f64) {
+        let mut present = self.shared.present();
+        present.watched_until = clock::now().plus_ns(WATCHED_NS);
+        present.handle.iter().for_each(|handle| handle.go_on_for(go_on_s));
     }
 
     /// Asks the session to end.

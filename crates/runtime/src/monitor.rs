@@ -5,9 +5,13 @@
 //! before and more than 1 µJ. The median, because a knock, such as a finger's first touch, is soon over and no
 //! oscillation. Bounded memory for a run of any length, and no allocation while it runs.
 
+mod lately;
+
 use cotouch_host::output::CouplerOutput;
 use cotouch_scene::time::Schedule;
 use glam::DVec3;
+
+pub use lately::{LatelyMonitor, lately};
 
 /// Above this the couplers' motion counts as oscillation rather than as what the users do, Hz.
 const CORNER_HZ: f64 = 8.0;
@@ -30,6 +34,8 @@ pub struct OscillationMonitor {
     steps: u64,
     /// Of the couplers to held samples, at the last network step, J.
     held_j: f64,
+    /// Of all couplers at the last tick, J.
+    latest_j: f64,
     energy: Bins,
 }
 
@@ -44,6 +50,7 @@ impl OscillationMonitor {
             ticks: 0,
             steps: 0,
             held_j: 0.0,
+            latest_j: 0.0,
             // A stretch holds whole swings of the energy of whatever is faster than the corner.
             energy: Bins::new((0.5 / CORNER_HZ * schedule.control().hz()) as u64),
         }
@@ -59,7 +66,21 @@ impl OscillationMonitor {
         }
         self.ticks += 1;
         let own_j = filtered_energy_j(&self.every_tick, &mut self.filters, self.ticks, of(false));
-        self.energy.push(own_j + self.held_j);
+        self.latest_j = own_j + self.held_j;
+        self.energy.push(self.latest_j);
+    }
+
+    /// Energy above 8 Hz at the last tick, J.
+    #[must_use]
+    pub fn latest_j(&self) -> f64 {
+        self.latest_j
+    }
+
+    /// Forgets the run so far, as if it began with the next tick. No allocation.
+    pub fn begin_anew(&mut self) {
+        self.filters.fill(Slot::default());
+        (self.ticks, self.steps, self.held_j) = (0, 0, 0.0);
+        self.energy.begin_anew();
     }
 
     /// Energy above 8 Hz (J), the median over time, in the third and in the last quarter of the run.
@@ -99,7 +120,11 @@ fn filtered_energy_j<'a>(
 /// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
 #[must_use]
 pub fn grows(before_j: f64, last_j: f64) -> bool {
-    !last_j.is_finite() || last_j > LEAST_ENERGY_J && last_j > GROWTH * before_j
+    grows_over(LEAST_ENERGY_J, before_j, last_j)
+}
+
+fn grows_over(least_j: f64, before_j: f64, last_j: f64) -> bool {
+    !last_j.is_finite() || last_j > least_j && last_j > GROWTH * before_j
 }
 
 /// A second-order Butterworth high pass, by the bilinear transform with the corner pre-warped.
@@ -147,13 +172,26 @@ const BINS: usize = 4096;
 struct Bins {
     sums: Vec<f64>,
     samples_per_bin: u64,
+    samples_per_bin_at_first: u64,
     in_last: u64,
 }
 
 impl Bins {
     /// With so many samples in a stretch at first, 1 or more.
     fn new(samples_per_bin: u64) -> Self {
-        Self { sums: Vec::with_capacity(BINS), samples_per_bin: samples_per_bin.max(1), in_last: 0 }
+        let samples_per_bin = samples_per_bin.max(1);
+        Self {
+            sums: Vec::with_capacity(BINS),
+            samples_per_bin,
+            samples_per_bin_at_first: samples_per_bin,
+            in_last: 0,
+        }
+    }
+
+    fn begin_anew(&mut self) {
+        self.sums.clear();
+        self.samples_per_bin = self.samples_per_bin_at_first;
+        self.in_last = 0;
     }
 
     fn push(&mut self, value: f64) {

@@ -264,14 +264,15 @@ fn start(
         locals.push(Local { host, transport, snapshot: snapshot_out });
     }
     let control = Arc::new(Control::default());
+    let (changes, mailbox) = haptic_loop::mailbox();
     let (rate, duration_s, shared) = (scene.rates.control_hz, options.duration_s, Arc::clone(&control));
     let thread = thread::Builder::new()
         .name("haptic".to_owned())
         .stack_size(HAPTIC_STACK_BYTES)
-        .spawn(move || haptic_loop::run(haptic, rate, duration_s, &shared))
+        .spawn(move || haptic_loop::run(haptic, rate, duration_s, mailbox, &shared))
         .map_err(StartError::Thread)?;
     let impairment = options.impairment.clone().unwrap_or(Impairment::NONE);
-    Ok(SessionHandle::new(scene.clone(), impairment, control, locals, thread, recording))
+    Ok(SessionHandle::new(scene.clone(), impairment, changes, control, locals, thread, recording))
 }
 
 fn new_host(

@@ -1,7 +1,7 @@
 //! What a session's recording is made of: everything that a host consumed, and everything that came of it.
 //!
-//! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence` and
-//! `Release` items back and ticking at every `Tick` item re-creates the run bit for bit.
+//! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence`,
+//! `Release` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
 use arrayvec::ArrayVec;
 use cotouch_host::model::{MAX_BODIES, MAX_USERS};
@@ -53,6 +53,8 @@ pub enum RecordKind {
     Adopt,
     /// From here on the governor lets go.
     Release,
+    /// From here on the session runs with other settings: the whole changed scene, as TOML.
+    Changed(String),
     /// Something to read: an event in words. Not consumed by the host.
     Note(Note),
     /// One tick.

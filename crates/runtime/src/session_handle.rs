@@ -11,10 +11,11 @@ use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
+use crate::change::{self, HostChange};
 use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
-use crate::haptic_loop::{Control, HapticHost, Verdict};
+use crate::haptic_loop::{self, Control, HapticHost, Verdict};
 use crate::recording_thread::RecordingThread;
-use crate::snapshot::{HostSnapshot, Lately, LinkSnapshot, Snapshot};
+use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
 use crate::transport::Transport;
@@ -26,10 +27,17 @@ pub(crate) struct Local {
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
 }
 
+/// How settings are changed.
+struct Changing {
+    /// The scene that runs.
+    scene: Scene,
+    sender: haptic_loop::Sender,
+}
+
 /// A session that runs in the background. Dropping it without [`SessionHandle::finish`] stops it.
 pub struct SessionHandle {
     scene: Scene,
-    impairment: Impairment,
+    changing: Mutex<Changing>,
     control: Arc<Control>,
     locals: Mutex<Vec<Local>>,
     haptic: Option<JoinHandle<Vec<HapticHost>>>,
@@ -44,14 +52,19 @@ impl SessionHandle {
     pub(crate) fn new(
         scene: Scene,
         impairment: Impairment,
+        sender: haptic_loop::Sender,
         control: Arc<Control>,
         locals: Vec<Local>,
         haptic: JoinHandle<Vec<HapticHost>>,
         recording: Option<RecordingThread>,
     ) -> Self {
+        let mut present = scene.clone();
+        present.link.ways.clear();
+        present.link.impairment = impairment;
+        let changing = Mutex::new(Changing { scene: present, sender });
         Self {
             scene,
-            impairment,
+            changing,
             control,
             locals: Mutex::new(locals),
             haptic: Some(haptic),
@@ -78,21 +91,52 @@ impl SessionHandle {
         self.server
     }
 
-    /// The scene that runs.
+    /// The scene that this session began with.
     #[must_use]
     pub fn scene(&self) -> &Scene {
         &self.scene
     }
 
-    /// What every way out of this process does to packets, besides what the network does.
+    /// The scene that runs. Its impairment is what every way out of this process does to packets, besides what the network
+    /// does.
     #[must_use]
-    pub fn impairment(&self) -> &Impairment {
-        &self.impairment
+    pub fn present_scene(&self) -> Scene {
+        self.changing.lock().unwrap_or_else(PoisonError::into_inner).scene.clone()
+    }
+
+    /// Runs `scene` from the next tick on, if all hosts are in this process and [`change::is_possible`]; whether so.
+    /// Its impairment holds for every way from now on. Blocks until the change is made, a few ticks at most; before the
+    /// first tick, it is made with that.
+    #[must_use]
+    pub fn change(&self, scene: &Scene) -> bool {
+        let mut changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        let hosts = self.hosts();
+        if hosts.len() != usize::from(scene.session.users) || !change::is_possible(&changing.scene, scene) {
+            return false;
+        }
+        let changes = hosts.iter().map(|&host| HostChange::new(scene, host)).collect();
+        if !changing.sender.send(changes) {
+            return false;
+        }
+        for local in self.lock().iter() {
+            local.transport.impair(&scene.link.impairment, scene.session.seed, local.host);
+        }
+        while self.has_started() && !changing.sender.was_taken() && !self.has_ended() {
+            thread::sleep(Duration::from_millis(1));
+        }
+        changing.scene = scene.clone();
+        true
     }
 
     /// Asks the session to end: forces fade out, peers are told, the recording is closed.
     pub fn stop(&self) {
         self.control.stop.store(true, Ordering::Relaxed);
+    }
+
+    /// Lets the session run for at least so long from now on, whatever its duration.
+    pub fn go_on_for(&self, seconds: f64) {
+        let until_ns = self.control.elapsed_ns.load(Ordering::Relaxed) + (seconds * 1e9) as u64;
+        self.control.go_on_ns.fetch_max(until_ns, Ordering::Relaxed);
     }
 
     /// Whether ticks have begun.
@@ -218,12 +262,8 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        let stable = match self.control.verdict.load(Ordering::Relaxed) {
-            Verdict::STABLE => Some(true),
-            Verdict::UNSTABLE => Some(false),
-            _ => None,
-        };
-        Snapshot { time_s, stable, lately: Lately::default(), ended: self.has_ended(), hosts }
+        let stable = Verdict::is_stable(self.control.verdict.load(Ordering::Relaxed));
+        Snapshot { time_s, stable, lately: self.control.lately(), ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a

@@ -21,8 +21,9 @@ use cotouch_scene::scene::Scene;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
+use crate::change::HostChange;
 use crate::exchange::RecordSink;
-use crate::monitor::OscillationMonitor;
+use crate::monitor::{LatelyMonitor, OscillationMonitor};
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 
 /// Room for what a station's state has besides its host's, serialised.
@@ -44,6 +45,8 @@ pub struct Station<D> {
     pub oscillation: OscillationMonitor,
     /// Watches for limits that act for long.
     pub limits: LimitWatch,
+    /// Watches the last seconds.
+    pub lately: LatelyMonitor,
     governor: Governor,
     /// After a longer gap between ticks, forces begin again softly.
     watchdog_ticks: u64,
@@ -126,6 +129,7 @@ impl<D: Device> Station<D> {
             device,
             oscillation: OscillationMonitor::new(&scene.schedule(), model.coupler_slots()),
             limits: LimitWatch::default(),
+            lately: LatelyMonitor::new(&scene.schedule()),
             governor,
             watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
             state_bytes: Vec::with_capacity(state_bytes),
@@ -149,6 +153,7 @@ impl<D: Device> Station<D> {
             device: self.device.clone(),
             oscillation: self.oscillation.clone(),
             limits: self.limits,
+            lately: self.lately.clone(),
             governor: self.governor.clone(),
             watchdog_ticks: self.watchdog_ticks,
             sink: None,
@@ -201,6 +206,28 @@ impl<D: Device> Station<D> {
         self.state.host.adopting = true;
     }
 
+    /// Goes on with other constants, if the state is one of them; whether it is. What was before stays in `change`, to be
+    /// dropped elsewhere, and what watches over the run begins anew. No allocation, no lock.
+    pub fn change(&mut self, change: &mut HostChange) -> bool {
+        if change.model.host != self.model.host || !self.state.fits(&change.model) {
+            return false;
+        }
+        if let Some(sink) = &mut self.sink {
+            let scene_toml = std::mem::take(&mut change.scene_toml);
+            let kind = RecordKind::Changed(scene_toml);
+            let item = RecordItem { host: self.model.host, tick: self.instant.tick, kind };
+            sink.record(&item);
+            if let RecordKind::Changed(scene_toml) = item.kind {
+                change.scene_toml = scene_toml;
+            }
+        }
+        std::mem::swap(&mut self.model, &mut change.model);
+        self.governor = Governor::new(&change.governor, self.device.limits(), self.model.schedule.control());
+        self.oscillation.begin_anew();
+        self.limits = LimitWatch::default();
+        true
+    }
+
     /// Lets go of the user, smoothly.
     pub fn release(&mut self) {
         if !self.state.releasing {
@@ -251,7 +278,9 @@ impl<D: Device> Station<D> {
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
             self.oscillation.observe(&self.output.couplers, step.is_some());
-            self.limits.observe(limits_that_count(&governed));
+            let acted = limits_that_count(&governed);
+            self.limits.observe(acted);
+            self.lately.observe(self.oscillation.latest_j(), acted);
         }
         if device_failed || write_failed {
             self.record(|| RecordKind::Note(Note::DeviceFault));

@@ -16,6 +16,7 @@ use cotouch_net::clock::ClockMap;
 use cotouch_net::packet::StatePacket;
 use cotouch_net::session::{Endpoint, Event};
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::LocalTime;
 
 use crate::clock;
@@ -102,7 +103,7 @@ pub struct Transport {
 struct Shared {
     socket: UdpSocket,
     protocol: Mutex<Protocol>,
-    ways: Option<Mutex<ImpairedWays>>,
+    ways: Mutex<Option<ImpairedWays>>,
     stop: AtomicBool,
     dropped_inbound: AtomicU64,
 }
@@ -146,7 +147,7 @@ impl Transport {
         let shared = Arc::new(Shared {
             socket,
             protocol: Mutex::new(protocol),
-            ways: ways.map(Mutex::new),
+            ways: Mutex::new(ways),
             stop: AtomicBool::new(false),
             dropped_inbound: AtomicU64::new(0),
         });
@@ -186,6 +187,18 @@ impl Transport {
     #[must_use]
     pub fn has_joined(&self) -> bool {
         self.shared.lock().joined
+    }
+
+    /// From now on every way out of `from`, which is this host, is impaired so; packets on their way arrive as they would
+    /// have. `seed` is for a host whose ways were not impaired before.
+    pub fn impair(&self, impairment: &Impairment, seed: u64, from: HostIndex) {
+        let mut ways = self.shared.ways();
+        match &mut *ways {
+            Some(ways) => ways.change(impairment),
+            None if *impairment == Impairment::NONE => {}
+            None => *ways = Some(ImpairedWays::new(impairment.clone(), seed, from)),
+        }
+        self.sender.unpark();
     }
 
     /// State packets that the haptic thread was too late to take.
@@ -237,6 +250,10 @@ impl Shared {
         self.protocol.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
+    fn ways(&self) -> MutexGuard<'_, Option<ImpairedWays>> {
+        self.ways.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
     fn receive_loop(&self) {
         let mut datagram = [0; 2048];
         while !self.stop.load(Ordering::Relaxed) {
@@ -279,15 +296,9 @@ impl Shared {
     /// Passes on all that the endpoint has to say, to the network and to the haptic thread.
     fn pump(&self, protocol: &mut Protocol, now: LocalTime) {
         while let Some(transmit) = protocol.endpoint.poll_transmit(now) {
-            match &self.ways {
+            match self.ways().as_mut().filter(|ways| !ways.are_clear()) {
                 None => self.send(transmit.to, &transmit.bytes),
-                Some(ways) => {
-                    ways.lock().unwrap_or_else(PoisonError::into_inner).send(
-                        now,
-                        transmit.to,
-                        &transmit.bytes,
-                    );
-                }
+                Some(ways) => ways.send(now, transmit.to, &transmit.bytes),
             }
         }
         while let Some(event) = protocol.endpoint.poll_event() {
@@ -301,7 +312,8 @@ impl Shared {
     }
 
     fn send_held_back(&self, now: LocalTime) -> Option<LocalTime> {
-        let mut ways = self.ways.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut ways = self.ways();
+        let ways = ways.as_mut()?;
         ways.take_due(now, |to, bytes| self.send(to, bytes));
         ways.next_due()
     }

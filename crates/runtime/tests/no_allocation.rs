@@ -9,6 +9,7 @@ use arrayvec::ArrayVec;
 use common::session;
 use cotouch_device::user::SimulatedUser;
 use cotouch_net::packet::StatePacket;
+use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
 use cotouch_runtime::record::{RecordItem, RecordKind};
@@ -50,16 +51,21 @@ fn an_instant_does_not_allocate() {
     }
 }
 
-/// Three seconds of a session, a peer that goes and comes and a release included.
+/// Three seconds of a session, a peer that goes and comes, a change of settings and a release included.
 fn assert_instants_do_not_allocate(scene: &Scene) {
     let (mut stations, mut consumers) = recorded_stations(scene);
     let mut items = Vec::new();
+    let mut changes: Vec<HostChange> = scene.hosts().map(|host| HostChange::new(scene, host)).collect();
     for tick in 0..3 * 1024 {
         let counted = allocations(|| {
             match tick {
                 0 => set_all_present(&mut stations, true),
                 1500 => set_all_present(&mut stations, false),
                 1600 => set_all_present(&mut stations, true),
+                2200 => {
+                    let changes = stations.iter_mut().zip(&mut changes);
+                    changes.for_each(|(station, change)| assert!(station.change(change)));
+                }
                 2700 => stations.iter_mut().for_each(Station::release),
                 _ => {}
             }

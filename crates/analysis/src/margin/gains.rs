@@ -4,7 +4,7 @@ use cotouch_scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::GainMargin;
+use super::{GainMargin, go_on};
 use crate::crossing::crossing;
 use crate::evaluator::{Evaluator, PointVerdict};
 use crate::gains::{Gain, acting_gains};
@@ -31,7 +31,7 @@ const ACCURACY: f64 = 1e-9;
 pub(super) fn margins(
     scene: &Scene,
     states: usize,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Vec<GainMargin>, SweepError> {
     let gains = acting_gains(scene);
     let most_looks = (LOOKS_AT_STATES / states.max(1)).clamp(FEWEST_LOOKS, MOST_LOOKS);
@@ -41,7 +41,8 @@ pub(super) fn margins(
         .par_iter()
         .with_max_len(1)
         .map(|&(gain, sign)| {
-            let factor = Way::new(scene, gain, sign).and_then(|way| way.factor(most_looks));
+            let wanted = || progress(done.load(Ordering::Relaxed) as f64 / count as f64);
+            let factor = Way::new(scene, gain, sign).and_then(|way| way.factor(most_looks, &wanted));
             progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
             factor
         })
@@ -86,10 +87,11 @@ impl Way {
     }
 
     /// The factor nearest to 1 at which the verdict changes.
-    fn factor(&self, most_looks: usize) -> Result<Option<f64>, SweepError> {
-        let mut looks = self.first_looks()?;
+    fn factor(&self, most_looks: usize, wanted: &dyn Fn() -> bool) -> Result<Option<f64>, SweepError> {
+        let mut looks = self.first_looks(wanted)?;
         let mut index = 0;
         while index + 1 < looks.len() {
+            go_on(wanted())?;
             let (from, to) = (looks[index], looks[index + 1]);
             if from.verdict.stable && !to.verdict.stable {
                 let width = to.place - from.place;
@@ -112,9 +114,10 @@ impl Way {
     }
 
     /// Up to the first unstable one; fewer where a larger value is not allowed.
-    fn first_looks(&self) -> Result<Vec<Look>, SweepError> {
+    fn first_looks(&self, wanted: &dyn Fn() -> bool) -> Result<Vec<Look>, SweepError> {
         let mut looks = Vec::new();
         for index in 0..=LOOKS {
+            go_on(wanted())?;
             let place = FARTHEST * index as f64 / LOOKS as f64;
             let verdict = match self.at(place) {
                 Ok(verdict) => verdict,

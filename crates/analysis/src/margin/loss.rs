@@ -24,7 +24,7 @@ use cotouch_scene::names::HostIndex;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::Found;
+use super::{Found, go_on};
 use crate::check::check;
 use crate::compile::compile;
 use crate::crossing::crossing;
@@ -55,17 +55,17 @@ const UNSETTLED: f64 = 1e-9;
 /// [`HIGHEST`].
 pub(super) fn margin(
     scene: &Scene,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Found<Option<f64>>, SweepError> {
     let modes = compile(scene);
     let done = std::sync::atomic::AtomicUsize::new(0);
-    let of_mode = |spec: &LoopSpec| -> Result<Found<Option<f64>>, AnalysisError> {
+    let of_mode = |spec: &LoopSpec| -> Result<Found<Option<f64>>, SweepError> {
         let found = match SecondMoments::new(spec)? {
-            Ok(moments) => moments.critical()?,
+            Ok(moments) => moments.critical().map_err(AnalysisError::from)?,
             Err(note) => Err(note),
         };
         let done = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        progress(done as f64 / modes.len() as f64);
+        go_on(progress(done as f64 / modes.len() as f64))?;
         Ok(found)
     };
     let found = modes.par_iter().map(|mode| of_mode(&mode.spec)).collect::<Result<Vec<_>, _>>()?;

@@ -11,7 +11,7 @@ use cotouch_scene::time::Rate;
 
 use super::{
     Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, LocalModel,
-    LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Run,
+    LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Replay, Run,
 };
 use crate::output::Output;
 
@@ -63,6 +63,9 @@ struct Common {
 enum Subcommands {
     /// Run a session: all hosts in this process, joined over UDP on loopback (default)
     #[command(after_help = "\
+A page shows the session; there, a mouse or a finger on a touch screen can take any user's hand, and settings can be \
+changed while the session runs, with the prediction for exactly these settings beside it.
+
 Before the session, cotouch says what the analysis predicts; after it, what happened. The exit status is 1 when the \
 session was unstable: a force limit acted for more than 20 ms on end, or the couplers' energy above 8 Hz kept growing.
 
@@ -132,11 +135,18 @@ Jitter is the standard deviation of the round trip. The link file takes both way
 Exit status 1 when the re-simulated states differ from the recorded ones.
 
 Example:
-  cotouch replay recordings/single-axis-20261122T101500Z.mcap --csv out/")]
+  cotouch replay recordings/single-axis-20261122T101500Z.mcap --csv out/
+  cotouch replay monday.mcap tuesday.mcap --serve 127.0.0.1:7700")]
     Replay {
         /// A recording that a run wrote
         #[arg(value_name = "FILE.mcap")]
         file: PathBuf,
+        /// Another one, shown beside it on the page
+        #[arg(value_name = "OTHER.mcap", requires = "serve")]
+        beside: Option<PathBuf>,
+        /// Show it on a page with a time line, until Ctrl-C
+        #[arg(long, value_name = "ADDR")]
+        serve: Option<SocketAddr>,
         /// Write the ticks of every host to this folder too, one CSV file a host
         #[arg(long, value_name = "DIR")]
         csv: Option<PathBuf>,
@@ -182,7 +192,7 @@ struct RunFlags {
     /// Simulated time: one thread, simulated links, the same bytes every time; no page
     #[arg(long = "virtual", conflicts_with = "serve")]
     in_virtual_time: bool,
-    /// How long, s of session time [default: 20]; Ctrl-C ends it earlier
+    /// How long, s of session time [default: 20, and for as long as a browser watches]; Ctrl-C ends it earlier
     #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     #[command(flatten)]
@@ -557,7 +567,9 @@ impl Flags {
                 Command::ProbeServe { listen }
             }
             Some(Subcommands::Probe { serve: None, flags }) => lift_probe(flags)?,
-            Some(Subcommands::Replay { file, csv }) => Command::Replay { file, csv },
+            Some(Subcommands::Replay { file, beside, serve, csv }) => {
+                Command::Replay(Replay { file, beside, csv, viewer: serve })
+            }
             Some(Subcommands::Analyze { what }) => what.lift()?,
             Some(Subcommands::LocalModel { what }) => Command::LocalModel(what.lift()),
             Some(Subcommands::Reproduce { ids }) => Command::Reproduce { ids },
@@ -691,7 +703,8 @@ impl RunFlags {
     fn lift(self, scene: String) -> Command {
         let no_page = self.headless || self.in_virtual_time;
         let duration_s = self.duration.or(Some(DEFAULT_DURATION_S));
-        let host = self.shared.lift(no_page, duration_s);
+        let while_watched = self.duration.is_none();
+        let host = Host { while_watched, ..self.shared.lift(no_page, duration_s) };
         Command::Run(Run { scene, in_virtual_time: self.in_virtual_time, host })
     }
 }
@@ -712,6 +725,6 @@ impl SharedFlags {
         let usual = || DEFAULT_VIEWER.parse().expect("an address and a port");
         let viewer = self.serve.or_else(|| (!no_page).then(usual));
         let impair = self.impair.into_iter().map(|impair| impair.set).collect();
-        Host { duration_s, recording, viewer, impair }
+        Host { duration_s, while_watched: false, recording, viewer, impair }
     }
 }

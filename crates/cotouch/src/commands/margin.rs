@@ -15,7 +15,11 @@ use crate::progress::Progress;
 pub(super) fn margin(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let progress = Progress::new("analysing");
-    let margins = margins(&scene, &|share| progress.show(share)).map_err(failure)?;
+    let show = |share| {
+        progress.show(share);
+        true
+    };
+    let margins = margins(&scene, &show).map_err(failure)?;
     drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     output.answer_as(&margins, &text(&title, &margins))?;
@@ -68,7 +72,7 @@ mod tests {
     fn an_unstable_scene_says_so_and_nothing_else() {
         let settings = ["link.delay_periods=9".parse().unwrap()];
         let scene = cotouch_scene::load("single-axis", &settings).unwrap();
-        let margins = margins(&scene, &|_| ()).unwrap();
+        let margins = margins(&scene, &|_| true).unwrap();
         let text = text("title", &margins);
         assert!(text.contains("unstable") && text.contains("note: ") && !text.contains("up to"), "{text}");
     }

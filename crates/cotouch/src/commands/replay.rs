@@ -3,25 +3,46 @@
 use std::fs::File;
 use std::io::BufWriter;
 use std::path::Path;
+use std::thread;
 
 use anyhow::Context as _;
 use cotouch_runtime::export::export_csv;
 use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::session_handle::LOOK_PERIOD;
 use cotouch_scene::names::HostIndex;
 use serde_json::json;
 
+use crate::arguments::Replay;
 use crate::failure::{Failure, Verdict};
 use crate::output::{Output, make_folder_of};
+use crate::progress::Stop;
 use crate::session;
 
-/// Re-simulates `file`, compares, and writes its tables to `csv`.
-pub(super) fn replay(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
-    if !file.is_file() {
-        return Err(Failure::usage(format!(
-            "{} is not a file; it must be a recording that a run wrote",
-            file.display()
-        )));
+/// Shows recordings on a page, if asked to, until Ctrl-C; meanwhile re-simulates the first one and compares.
+pub(super) fn replay(replay: &Replay, output: &Output) -> Result<Verdict, Failure> {
+    for file in std::iter::once(&replay.file).chain(&replay.beside) {
+        if !file.is_file() {
+            return Err(Failure::usage(format!(
+                "{} is not a file; it must be a recording that a run wrote",
+                file.display()
+            )));
+        }
     }
+    let Some(address) = replay.viewer else { return compare(&replay.file, replay.csv.as_deref(), output) };
+    let stop = Stop::on_interrupt()?;
+    let files = std::iter::once(&replay.file).chain(&replay.beside).cloned().collect();
+    let page = session::show_recordings(files, address, output)?;
+    let verdict = compare(&replay.file, replay.csv.as_deref(), output)?;
+    output.say(format_args!("the page stays until Ctrl-C"));
+    while !stop.is_set() {
+        thread::sleep(LOOK_PERIOD);
+    }
+    drop(page);
+    Ok(verdict)
+}
+
+/// Re-simulates `file`, compares, and writes its tables to `csv`.
+fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
     let replayed = session::replay(file)?;
     if replayed.ended_abruptly {
         eprintln!("note: {} stops without its end; what it holds is replayed", file.display());

@@ -4,11 +4,12 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time;
-use cotouch_runtime::session_handle::SessionHandle;
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::{Override, Scene};
+use cotouch_viewer::Base;
 
 use super::{prediction, report, resolve};
 use crate::arguments::{Host, Recording, Run};
@@ -28,25 +29,25 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         let predicted = predict(&scene, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop)?;
-        return conclude(&scene, summary, Some(predicted), &plan, output);
+        return conclude(&scene, summary, Some(predicted), output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
-    let handle = session::start_local(&scene, &plan)?;
-    finish(&scene, handle, predicted, &plan, &stop, output)
+    let live = session::start_local(&scene, &plan)?;
+    finish(live, Some(base(&run.scene, overrides)), predicted, &plan, &stop, output)
 }
 
 /// Runs the first host of a session that others join.
 pub(super) fn serve(
-    scene: &str,
+    name: &str,
     listen: SocketAddr,
     host: &Host,
     overrides: &[Override],
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
-    let scene = load_realisable(scene, overrides)?;
+    let scene = load_realisable(name, overrides)?;
     let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
     output.say(format_args!(
@@ -54,9 +55,9 @@ pub(super) fn serve(
         scene.session.users
     ));
     warn_about_the_network(listen);
-    let handle = session::start_serving(&scene, listen, &plan)?;
+    let live = session::start_serving(&scene, listen, &plan)?;
     output.say(format_args!("others join with: cotouch join {listen}"));
-    finish(&scene, handle, predicted, &plan, &stop, output)
+    finish(live, Some(base(name, overrides)), predicted, &plan, &stop, output)
 }
 
 /// Joins a session as one of its users.
@@ -70,21 +71,32 @@ pub(super) fn join(
     let server = resolve(server)?;
     warn_about_the_network(server);
     let plan = plan(host, "joined", impairment(&host.impair)?)?;
-    let (scene, handle) = session::start_joining(server, user, &plan)?;
+    let (scene, live) = session::start_joining(server, user, &plan)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
-    finish(&scene, handle, predicted, &plan, &stop, output)
+    finish(live, None, predicted, &plan, &stop, output)
 }
 
+fn base(scene: &str, overrides: &[Override]) -> Base {
+    Base { scene: scene.to_owned(), overrides: overrides.to_vec() }
+}
+
+/// The prediction is of the scene that began; a session whose settings were changed on the page is predicted anew.
 fn finish(
-    scene: &Scene,
-    handle: SessionHandle,
+    live: LiveSession,
+    base: Option<Base>,
     predicted: Predicted,
     plan: &Plan,
     stop: &Stop,
     output: &Output,
 ) -> Result<Verdict, Failure> {
-    let summary = session::watch(handle, Some(predicted), plan, stop, output)?;
-    conclude(scene, summary, Some(predicted), plan, output)
+    let (began_with, _) = live.scene();
+    let (summary, scene) = session::watch(live, base, plan, stop, output)?;
+    let predicted = if scene == *began_with {
+        predicted
+    } else {
+        prediction::predicted(&prediction::analyze(&on_this_network(&scene, plan))?)
+    };
+    conclude(&scene, summary, Some(predicted), output)
 }
 
 /// The scene with the impairment that a session on real sockets meets: none that the scene simulates, but the one that
@@ -125,7 +137,8 @@ fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan
     if let Some(file) = &recording {
         make_folder_of(file)?;
     }
-    Ok(Plan { duration_s: host.duration_s, recording, impairment, viewer: host.viewer })
+    let Host { duration_s, while_watched, viewer, .. } = *host;
+    Ok(Plan { duration_s, while_watched, recording, impairment, viewer })
 }
 
 /// `recordings/SCENE-TIME.mcap`, with TIME as in 20261122T101500Z.
@@ -163,16 +176,15 @@ fn conclude(
     scene: &Scene,
     mut summary: Summary,
     predicted: Option<Predicted>,
-    plan: &Plan,
     output: &Output,
 ) -> Result<Verdict, Failure> {
     summary.predicted = predicted;
-    if let Some(recording) = &plan.recording {
+    // Of the session that ran last, where there were several.
+    if let Some(recording) = summary.recording.as_deref().map(Path::new) {
         let picture = recording.with_extension("svg");
         let headline = report::headline(&summary);
         let trace = session::trace_of(scene, recording)?;
         write_file(&picture, &figure::session_picture(scene, &trace, &headline)?)?;
-        summary.recording = Some(recording.display().to_string());
         summary.picture = Some(picture.display().to_string());
     }
     let text = report::text(&summary);

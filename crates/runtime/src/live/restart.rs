@@ -22,8 +22,25 @@ impl Shared {
     pub(super) fn change(&self, scene: Scene) -> Result<Changed, ChangeError> {
         let starter = self.starter.as_ref().ok_or(ChangeError::Shared)?;
         let _one_at_a_time = self.begin_change();
+        // A world that has left all bounds stands still for good, whatever the settings.
+        let has_diverged = self.has_diverged().0;
+        if !has_diverged && self.change_while_running(&scene)? {
+            return Ok(Changed::WhileRunning);
+        }
         self.restart(scene, starter)?;
         Ok(Changed::ByRestart)
+    }
+
+    fn change_while_running(&self, scene: &Scene) -> Result<bool, ChangeError> {
+        let mut present = self.present();
+        if present.has_ended() {
+            return Err(ChangeError::Ended);
+        }
+        let changed = present.handle.as_ref().is_some_and(|handle| handle.change(scene));
+        if changed {
+            present.scene = Arc::new(scene.clone());
+        }
+        Ok(changed)
     }
 
     /// Begins anew with the scene that runs.
@@ -108,7 +125,7 @@ impl Shared {
 }
 
 /// Watches a session in the background: a world that has left all bounds stands still for good, so the session begins
-/// anew after a moment in which that can be seen.
+/// anew, if somebody watches, after a moment in which that can be seen.
 pub(super) fn watch(shared: &Arc<Shared>) {
     let shared = Arc::downgrade(shared);
     let watcher = thread::Builder::new().name("live session".to_owned());
@@ -122,6 +139,8 @@ fn watch_while_there(shared: &Weak<Shared>) {
         thread::sleep(WATCH_PERIOD);
         let Some(shared) = shared.upgrade() else { return };
         let (diverged, generation) = shared.has_diverged();
+        // Where nobody watches, what happened is to stand in the summary.
+        let diverged = diverged && shared.present().watched_until > clock::now();
         seen = match seen.filter(|(of, _)| diverged && *of == generation) {
             Some((_, since)) if clock::now().since(since) >= DIVERGED_STAYS_NS => {
                 shared.begin_anew_after(generation);

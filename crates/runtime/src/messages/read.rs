@@ -148,6 +148,10 @@ fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {
         Kind::PeerLeft => RecordKind::Presence { peer: peer()?, present: false },
         Kind::Adopt => RecordKind::Adopt,
         Kind::Release => RecordKind::Release,
+        Kind::Changed => {
+            let scene = message.scene_toml;
+            RecordKind::Changed(scene.ok_or(MalformedMessage::Missing("a change without a scene"))?)
+        }
         Kind::Skipped => RecordKind::Note(Note::Skipped { ticks: count()? }),
         Kind::DeviceFault => RecordKind::Note(Note::DeviceFault),
         Kind::Diverged => RecordKind::Note(Note::Diverged),

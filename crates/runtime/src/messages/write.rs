@@ -31,7 +31,11 @@ pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
             append(&types::State { tick, state: state.clone() }, bytes);
             Stream::State
         }
-        RecordKind::Presence { .. } | RecordKind::Adopt | RecordKind::Release | RecordKind::Note(_) => {
+        RecordKind::Presence { .. }
+        | RecordKind::Adopt
+        | RecordKind::Release
+        | RecordKind::Changed(_)
+        | RecordKind::Note(_) => {
             append(&event(tick, &item.kind), bytes);
             Stream::Events
         }
@@ -151,6 +155,10 @@ fn entry_kind(entry: &Entry) -> types::entry::Kind {
 
 fn event(tick: u64, kind: &RecordKind) -> types::Event {
     use types::event::Kind;
+    let scene_toml = match kind {
+        RecordKind::Changed(scene_toml) => Some(scene_toml.clone()),
+        _ => None,
+    };
     let (kind, text, peer, count, reason) = match kind {
         RecordKind::Presence { peer, present: true } => {
             (Kind::PeerCame, format!("{peer} came"), Some(*peer), None, None)
@@ -162,6 +170,9 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
             (Kind::Adopt, "takes the world from the first peer that it hears".to_owned(), None, None, None)
         }
         RecordKind::Release => (Kind::Release, "the governor lets go".to_owned(), None, None, None),
+        RecordKind::Changed(_) => {
+            (Kind::Changed, "the settings of the session have changed".to_owned(), None, None, None)
+        }
         RecordKind::Note(note) => note_parts(note),
         RecordKind::Received { .. }
         | RecordKind::Sent { .. }
@@ -170,7 +181,7 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
             unreachable!("encode sends these to their own streams")
         }
     };
-    types::Event { tick, kind: kind.into(), text, peer_host: peer.map(number), count, reason }
+    types::Event { tick, kind: kind.into(), text, peer_host: peer.map(number), count, reason, scene_toml }
 }
 
 type EventParts = (types::event::Kind, String, Option<HostIndex>, Option<u64>, Option<String>);

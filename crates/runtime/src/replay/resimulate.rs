@@ -11,6 +11,7 @@ use cotouch_scene::scene::Scene;
 use glam::DVec3;
 
 use super::{Comparison, Difference, TickDifference};
+use crate::change::HostChange;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 use crate::recording::{RecordingError, RecordingReader};
 use crate::station::{Punctuality, Station, StationState};
@@ -35,6 +36,14 @@ pub enum ReplayError {
     /// Its scene does not read.
     #[error("the scene in the recording cannot be used: {0}")]
     Scene(SceneErrors),
+    /// A changed scene in it does not read, or is not one that the session could change to.
+    #[error("the scene that the recording changes to at tick {tick} cannot be used: {why}")]
+    Change {
+        /// The tick.
+        tick: u64,
+        /// What is wrong with it.
+        why: String,
+    },
     /// It speaks of a host that its scene does not have.
     #[error("the recording speaks of {host}; its scene has {users} hosts")]
     Host {
@@ -63,7 +72,7 @@ pub fn replay<R: Read>(
         if host.0 >= users {
             return Err(ReplayError::Host { host, users });
         }
-        hosts.entry(host).or_insert_with(|| Resimulated::new(&scene, host)).take(item, &mut comparison);
+        hosts.entry(host).or_insert_with(|| Resimulated::new(&scene, host)).take(item, &mut comparison)?;
         if comparison.ticks.is_multiple_of(1024) {
             progress(comparison.ticks);
         }
@@ -92,12 +101,13 @@ impl Resimulated {
         }
     }
 
-    fn take(&mut self, item: RecordItem, comparison: &mut Comparison) {
+    fn take(&mut self, item: RecordItem, comparison: &mut Comparison) -> Result<(), ReplayError> {
         match item.kind {
             RecordKind::Received { from, packet } => self.station.receive(from, &packet),
             RecordKind::Presence { peer, present } => self.station.set_present(peer, present),
             RecordKind::Adopt => self.station.adopt_world(),
             RecordKind::Release => self.station.release(),
+            RecordKind::Changed(scene_toml) => self.change(item.host, item.tick, &scene_toml)?,
             RecordKind::Note(Note::Dropped { .. }) => self.in_step = false,
             RecordKind::State(bytes) => self.meet_state(item.host, item.tick, &bytes, comparison),
             RecordKind::Tick(tick) if self.in_step => {
@@ -107,6 +117,20 @@ impl Resimulated {
             RecordKind::Tick(_) => self.skipped += 1,
             RecordKind::Sent { .. } | RecordKind::Note(_) => {}
         }
+        Ok(())
+    }
+
+    fn change(&mut self, host: HostIndex, tick: u64, scene_toml: &str) -> Result<(), ReplayError> {
+        let scene = cotouch_scene::parse(scene_toml, "the changed scene", None, &[])
+            .map_err(|errors| ReplayError::Change { tick, why: errors.to_string() })?;
+        let has_host = host.0 < scene.session.users;
+        if has_host && self.station.change(&mut HostChange::new(&scene, host)) {
+            return Ok(());
+        }
+        Err(ReplayError::Change {
+            tick,
+            why: "it has other users, bodies or walls than the scene before".to_owned(),
+        })
     }
 
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {

@@ -236,6 +236,7 @@ fn any_kind() -> impl Strategy<Value = RecordKind> {
         (any_host(), any::<bool>()).prop_map(|(peer, present)| RecordKind::Presence { peer, present }),
         Just(RecordKind::Adopt),
         Just(RecordKind::Release),
+        ".{0,40}".prop_map(RecordKind::Changed),
         any_note().prop_map(RecordKind::Note),
         any_tick_record().prop_map(RecordKind::Tick),
         vec(any::<u8>(), 0..200).prop_map(RecordKind::State),

@@ -5,8 +5,12 @@ import type {
   SettingsMessage, TakenMessage, VerdictMessage,
 } from "./protocol.ts";
 
-/** Why there is no live connection, in words; null while there is one. */
-export type Trouble = string | null;
+/** Why there is no live connection, in words, and what helps; null while there is one. */
+export type Trouble = {
+  text: string;
+  /** Loading the page again, or trying again: at that time of `performance.now()`, or at once by calling `now`. */
+  remedy: "reload" | { again_at: number; now: () => void };
+} | null;
 
 export interface Events {
   session: SessionMessage;
@@ -63,6 +67,11 @@ export class Store {
     if (picture.generation !== this.session?.generation) return;
     this.latest = picture;
     this.#tell("picture", picture);
+  }
+
+  /** Without a connection this browser moves nobody's hand. */
+  loseHand(): void {
+    if (this.taken) this.take({ type: "taken", user: null, stiffness_n_per_m: 0, damping_n_s_per_m: 0 });
   }
 
   setTrouble(trouble: Trouble): void {

@@ -1,6 +1,6 @@
-// Bundles the tests and runs them with Node's own runner. `node tests/run.mjs unit|browser [NAME…]`
+// Bundles the tests and runs them with Node's own runner. `node tests/run.mjs unit|browser|bench [NAME…]`
 //
-// unit: tests/unit/*.test.ts, plain functions. browser: tests/browser/*.test.ts, in a real headless Chromium.
+// unit: plain functions. browser: in a real headless Chromium. bench: what a page costs, with the real program.
 import { build } from "esbuild";
 import { mkdtemp, readdir, rm } from "node:fs/promises";
 import { spawnSync } from "node:child_process";
@@ -29,7 +29,7 @@ try {
   });
   const files = chosen.map((file) => join(folder, file.replace(/\.ts$/, ".mjs")));
   // Browser tests share one machine with real-time sessions: one after the other.
-  const flags = ["--enable-source-maps", "--test", ...(kind === "browser" ? ["--test-concurrency=1"] : [])];
+  const flags = ["--enable-source-maps", "--test", ...(kind !== "unit" ? ["--test-concurrency=1"] : [])];
   const result = spawnSync(process.execPath, [...flags, ...files], { stdio: "inherit", cwd: join(here, "..") });
   process.exitCode = result.status ?? 1;
 } finally {

@@ -51,16 +51,21 @@ async function bundled(): Promise<Map<string, { body: Buffer; contentType: strin
   return files;
 }
 
+/** What a made-up server answers to other requests; null for what it does not know. */
+export type Answer = (url: URL) => { status: number; body: Buffer | string } | null;
+
 /** Opens the page with a server that says nothing by itself. */
-export async function openPage(browser: Browser, size = { width: 1280, height: 800 }): Promise<FakeServer> {
+export async function openPage(
+  browser: Browser, size = { width: 1280, height: 800 }, answer: Answer = () => null,
+): Promise<FakeServer> {
   const files = await (bundle ??= bundled());
   const page = await browser.newPage({ viewport: size });
   const errors: string[] = [];
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
   await page.route(`${ORIGIN}/**`, (route) => {
-    const file = files.get(new URL(route.request().url()).pathname);
-    return file ? route.fulfill(file) : route.fulfill({ status: 404, body: "no such file" });
+    const url = new URL(route.request().url());
+    return route.fulfill(files.get(url.pathname) ?? answer(url) ?? { status: 404, body: "no such file" });
   });
   const said: PageMessage[] = [];
   const { promise: opened, resolve: open } = withResolvers<WebSocketRoute>();

@@ -1,0 +1,197 @@
+//! What the page's lesson is told: the analysis of the scene as it would run, part by part.
+
+use cotouch_analysis::evaluator::Evaluator;
+use cotouch_analysis::map::{StabilityMap, stability_map};
+use cotouch_analysis::margin::margins;
+use cotouch_analysis::stability::{ModeStability, Stability, analyze};
+use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_runtime::clock;
+use cotouch_scene::Scene;
+use cotouch_viewer::predictor::{Answer, Predictor, Question};
+use cotouch_viewer::protocol::{MapAxes, MapAxis};
+use serde_json::{Value, json};
+
+/// A map of which one point takes longer than this is drawn coarsely first, and never completed point by point, s.
+const SLOW_POINT_S: f64 = 1e-3;
+/// Most values along an axis of a map on the page.
+const MOST_VALUES: usize = 200;
+/// Contact modes that the page lists, the worst ones.
+const MOST_MODES: usize = 64;
+
+/// Answers by analysing, on one core: the others belong to the session that runs.
+pub(crate) struct Analyst {
+    pool: rayon::ThreadPool,
+}
+
+impl Analyst {
+    pub(crate) fn new() -> anyhow::Result<Self> {
+        Ok(Self { pool: rayon::ThreadPoolBuilder::new().num_threads(1).build()? })
+    }
+}
+
+impl Predictor for Analyst {
+    fn predict(&self, question: &Question, wanted: &(dyn Fn() -> bool + Sync), tell: &mut dyn FnMut(Answer)) {
+        let Question { scene, margin, map } = question;
+        tell(match self.pool.install(|| analyze(scene)) {
+            Ok(stability) => Answer::Verdict(verdict(&stability)),
+            Err(error) => Answer::Failed("verdict", error.to_string()),
+        });
+        if let (Some(axes), true) = (map, wanted()) {
+            match self.map(scene, axes, wanted, tell) {
+                Ok(()) | Err(SweepError::GivenUp) => {}
+                Err(error) => tell(Answer::Failed("map", error.to_string())),
+            }
+        }
+        if *margin && wanted() {
+            match self.pool.install(|| margins(scene, &|_| wanted())) {
+                Ok(margins) => tell(Answer::Margin(json!(margins))),
+                Err(SweepError::GivenUp) => {}
+                Err(error) => tell(Answer::Failed("margin", error.to_string())),
+            }
+        }
+    }
+}
+
+impl Analyst {
+    /// The whole map at once where points are quick; else coarse first, and finer as long as it is wanted.
+    fn map(
+        &self,
+        scene: &Scene,
+        axes: &MapAxes,
+        wanted: &dyn Fn() -> bool,
+        tell: &mut dyn FnMut(Answer),
+    ) -> Result<(), SweepError> {
+        let (x, y) = (sweep(&axes.x)?, sweep(&axes.y)?);
+        let evaluator = Evaluator::new(scene, &[&x.key, &y.key])?;
+        let began = clock::now();
+        evaluator.at(&[x.values.values()[0], y.values.values()[0]])?;
+        if clock::now().since(began) as f64 * 1e-9 < SLOW_POINT_S {
+            let map = self.pool.install(|| stability_map(scene, &x, Some(&y), false, &|_| ()))?;
+            tell(Answer::Map(whole(&map)));
+            return Ok(());
+        }
+        refine(&evaluator, &x, &y, wanted, |stable| tell(Answer::Map(coarse(&x, &y, &stable))))
+    }
+}
+
+fn sweep(axis: &MapAxis) -> Result<Sweep, SweepError> {
+    let MapAxis { key, from, to, count, log } = axis;
+    let count = (*count).clamp(2, MOST_VALUES);
+    let logarithm = if *log { ":log" } else { "" };
+    format!("{key}={from}..{to}:{count}{logarithm}").parse()
+}
+
+/// Verdicts at every eighth value along both axes, then at every fourth, second and each; `show` is handed the map after
+/// each pass, with the nearest known verdict where there is none yet.
+fn refine(
+    evaluator: &Evaluator,
+    x: &Sweep,
+    y: &Sweep,
+    wanted: &dyn Fn() -> bool,
+    mut show: impl FnMut(Vec<Vec<bool>>),
+) -> Result<(), SweepError> {
+    let (xs, ys) = (x.values.values(), y.values.values());
+    let mut known: Vec<Vec<Option<bool>>> = vec![vec![None; xs.len()]; ys.len()];
+    for stride in [8, 4, 2, 1] {
+        for row in (0..ys.len()).step_by(stride) {
+            for column in (0..xs.len()).step_by(stride).filter(|_| wanted()) {
+                if known[row][column].is_none() {
+                    known[row][column] = Some(evaluator.at(&[xs[column], ys[row]])?.stable);
+                }
+            }
+        }
+        if !wanted() {
+            return Err(SweepError::GivenUp);
+        }
+        let at =
+            |row: usize, column: usize| known[row - row % stride][column - column % stride] == Some(true);
+        show((0..ys.len()).map(|row| (0..xs.len()).map(|column| at(row, column)).collect()).collect());
+    }
+    Ok(())
+}
+
+fn whole(map: &StabilityMap) -> Value {
+    json!({ "x": map.x, "y": map.y, "stable": map.stable, "boundary": map.boundary })
+}
+
+fn coarse(x: &Sweep, y: &Sweep, stable: &[Vec<bool>]) -> Value {
+    json!({ "x": x, "y": y, "stable": stable, "boundary": [] })
+}
+
+fn verdict(stability: &Stability) -> Value {
+    let mut modes: Vec<&ModeStability> = stability.modes.iter().collect();
+    modes.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
+    modes.truncate(MOST_MODES);
+    json!({
+        "stable": stability.stable,
+        "spectral_radius": stability.spectral_radius,
+        "period_s": stability.period_s,
+        "modes": modes,
+        "warnings": stability.warnings,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn answers(
+        scene: &str,
+        margin: bool,
+        map: Option<MapAxes>,
+        wanted: &(dyn Fn() -> bool + Sync),
+    ) -> Vec<Answer> {
+        let scene = cotouch_scene::load(scene, &[]).unwrap();
+        let mut answers = Vec::new();
+        let question = Question { scene, margin, map };
+        Analyst::new().unwrap().predict(&question, wanted, &mut |answer| answers.push(answer));
+        answers
+    }
+
+    fn axes(count: usize) -> Option<MapAxes> {
+        let axis = |key: &str, to: f64| MapAxis { key: key.to_owned(), from: 10.0, to, count, log: true };
+        Some(MapAxes {
+            x: axis("coupling.object_object.stiffness_n_per_m", 1e4),
+            y: axis("coupling.hand_object.stiffness_n_per_m", 2e4),
+        })
+    }
+
+    #[test]
+    fn a_quick_scene_is_answered_as_the_commands_do() {
+        let found = answers("single-axis", true, axes(20), &|| true);
+        let [Answer::Verdict(verdict), Answer::Map(map), Answer::Margin(margin)] = &found[..] else {
+            panic!("{found:?}")
+        };
+        let scene = cotouch_scene::load("single-axis", &[]).unwrap();
+        assert_eq!(verdict["spectral_radius"], json!(analyze(&scene).unwrap().spectral_radius));
+        assert_eq!(*margin, json!(margins(&scene, &|_| true).unwrap()));
+        let [x, y] = ["x", "y"].map(|axis| map[axis]["values"].as_array().unwrap().clone());
+        assert_eq!((x.len(), y.len()), (20, 20));
+        assert!(!map["boundary"].as_array().unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_slow_map_comes_coarse_first_and_ends_exact() {
+        let scene = cotouch_scene::load("single-axis", &[]).unwrap();
+        let MapAxes { x, y } = axes(11).unwrap();
+        let (x, y) = (sweep(&x).unwrap(), sweep(&y).unwrap());
+        let evaluator = Evaluator::new(&scene, &[&x.key, &y.key]).unwrap();
+        let mut maps = Vec::new();
+        refine(&evaluator, &x, &y, &|| true, |stable| maps.push(stable)).unwrap();
+        assert_eq!(maps.len(), 4);
+        assert_eq!(maps[3], stability_map(&scene, &x, Some(&y), true, &|_| ()).unwrap().stable);
+        let given_up = refine(&evaluator, &x, &y, &|| false, |_| panic!("nobody wants it"));
+        assert!(matches!(given_up, Err(SweepError::GivenUp)));
+    }
+
+    #[test]
+    fn what_cannot_be_answered_is_said_and_what_nobody_wants_is_left() {
+        let wrong = Some(MapAxes {
+            x: MapAxis { key: "no.key".to_owned(), ..axes(4).unwrap().x },
+            y: axes(4).unwrap().y,
+        });
+        let found = answers("single-axis", false, wrong, &|| true);
+        assert!(matches!(&found[1..], [Answer::Failed("map", why)] if why.contains("no.key")), "{found:?}");
+        assert_eq!(answers("single-axis", true, axes(4), &|| false).len(), 1);
+    }
+}

@@ -1,0 +1,103 @@
+// One recording on the page: its scene, its plots, and what is here of it.
+import { channelsOf } from "../plots/channels.ts";
+import { Dashboard, type DashboardEvents } from "../plots/dashboard.ts";
+import { make } from "../plots/dom.ts";
+import type { Picture } from "../picture.ts";
+import type { RecordingInfo } from "../protocol.ts";
+import { View } from "../view/view.ts";
+import { Buffer, loadFrom, type Place } from "./buffer.ts";
+import { clock, within, type Span } from "./timeline.ts";
+import { Track } from "./track.ts";
+
+export class Stage {
+  /** The scene with its caption. */
+  readonly figure: HTMLElement;
+  readonly dashboard: Dashboard;
+  readonly buffer: Buffer;
+  readonly #info: RecordingInfo;
+  readonly #view: View;
+  readonly #state = make("span", { className: "replay-state" });
+  readonly #track: Track;
+  #shown: Place | null = null;
+  #trouble: string | null = null;
+
+  constructor(info: RecordingInfo, index: number, views: HTMLElement, most: number, events: DashboardEvents) {
+    this.#info = info;
+    this.buffer = new Buffer(info, loadFrom(index));
+    const scene = make("div", { className: "replay-scene" });
+    this.figure = make("figure", { className: "replay-view", attributes: { "aria-label": info.name } },
+      make("figcaption", {}, make("strong", {}, info.name), make("span", {}, detailsOf(info)), this.#state), scene);
+    // A view measures its place: it must be on the page first.
+    views.append(this.figure);
+    this.#view = new View(scene);
+    this.#view.introduce(info.about);
+    const channels = channelsOf(info.about);
+    this.#track = new Track(info.about, channels, this.buffer);
+    this.dashboard = new Dashboard(events, most, "cotouch-replay");
+    this.dashboard.introduce(info.about, this.#track, channels);
+  }
+
+  /** What went wrong, in words. */
+  get trouble(): string | null {
+    const trouble = this.#trouble ?? this.buffer.trouble;
+    return trouble === null ? null : `${this.#info.name}: ${trouble}`;
+  }
+
+  isHere(span: Span, time_s: number): boolean {
+    return this.buffer.has(within(span, time_s));
+  }
+
+  /** Takes in what came since, for the plots. */
+  update(span: Span): boolean {
+    try {
+      return this.#track.update(span.begins_s);
+    } catch (error) {
+      this.#trouble = `a picture cannot be read: ${(error as Error).message}`;
+      return false;
+    }
+  }
+
+  show(span: Span, time_s: number): void {
+    const own_s = within(span, time_s);
+    this.buffer.lookAt(own_s);
+    const place = this.buffer.placeAt(own_s);
+    const isOutside = time_s < span.begins_s - 1e-9 || time_s > span.begins_s + span.duration_s + 1e-9;
+    this.figure.classList.toggle("is-outside", isOutside);
+    if (place && (place.chunk !== this.#shown?.chunk || place.index !== this.#shown.index)) this.#draw(place);
+    const early = time_s < span.begins_s - 1e-9;
+    if (isOutside) this.#state.textContent = early ? `begins in ${clock(span.begins_s - time_s)}` : "is over";
+    else if (!place) this.#state.textContent = "loading…";
+  }
+
+  /** When the picture beside the one that is shown is due, in shared time. */
+  beside(span: Span, step: 1 | -1): number | null {
+    if (!this.#shown) return null;
+    const time_s = this.buffer.timeBeside(this.#shown, step);
+    return time_s === null ? null : span.begins_s + time_s;
+  }
+
+  #draw(place: Place): void {
+    this.#shown = place;
+    try {
+      const picture = this.buffer.chunk(place.chunk)?.picture(place.index);
+      if (!picture) return;
+      this.#view.show(picture);
+      this.#state.textContent = stateOf(picture);
+      this.#trouble = null;
+    } catch (error) {
+      this.#trouble = `a picture cannot be read: ${(error as Error).message}`;
+    }
+  }
+}
+
+function detailsOf({ about }: RecordingInfo): string {
+  const delay = about.delay_periods === 1 ? "1 period of delay" : `${about.delay_periods} periods of delay`;
+  const packets = `${about.network_hz} packets a second`;
+  return [about.scene, about.architecture, `${about.users.length} users`, packets, delay].join(", ");
+}
+
+function stateOf(picture: Picture): string {
+  if (picture.hosts.some(({ diverged }) => diverged)) return "left all bounds";
+  const stable = picture.stable_lately ?? picture.stable;
+  return stable === null ? "" : stable ? "stable" : "not stable";
+}

@@ -1,0 +1,207 @@
+// Bodies: one solid, and every host's copy as a translucent ghost with an outline in its user's colour.
+import {
+  BufferAttribute, BufferGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial,
+  MeshStandardMaterial, Quaternion, Vector3, type Object3D,
+} from "three";
+import type { BodyPose, Picture, SurfacePicture } from "../picture.ts";
+import type { About, BodyInfo, HostIndex } from "../protocol.ts";
+import { type Colours, userColour } from "./colours.ts";
+import { bodyGeometry, outlineSource } from "./shapes.ts";
+
+/** Edges of a ghost are those where faces meet at more than this angle. */
+const EDGE_DEGREES = 25;
+
+export class Bodies {
+  readonly group = new Group();
+  /** How far copies are drawn from their mean, as a multiple of how far they are; 0: no copies. */
+  apart = 1;
+  #solids: Solid[];
+  #ghosts: Ghost[][];
+
+  constructor(about: About, colours: Colours) {
+    this.#solids = about.bodies.map((body) => new Solid(body));
+    this.#ghosts = about.bodies.map((body) => about.users.map(() => new Ghost(body)));
+    this.#solids.forEach((solid) => this.group.add(solid.mesh));
+    this.#ghosts.flat().forEach((ghost) => this.group.add(ghost.group));
+    this.colour(colours);
+  }
+
+  /** With a `mine`, the solid is the copy that this user feels; else it is where the copies are on average. */
+  show(picture: Picture, mine: HostIndex | null): void {
+    this.#solids.forEach((solid, body) => {
+      const copies = picture.hosts.flatMap((host) => host.bodies[body] ?? []);
+      const mean = meanPose(copies);
+      const own = picture.hosts.find((host) => host.host === mine)?.bodies[body];
+      solid.mesh.visible = copies.length > 0;
+      solid.show(own ?? mean, surfaceOf(picture, body, mine));
+      this.#ghosts[body]?.forEach((ghost, user) => {
+        const pose = picture.hosts.find((host) => host.host === user)?.bodies[body];
+        const surface = picture.surfaces.find((one) => one.body === body && one.host === user) ?? null;
+        ghost.group.visible = this.apart > 0 && copies.length > 1 && pose !== undefined;
+        if (pose) ghost.show(exaggerated(pose, mean, this.apart), surface);
+      });
+    });
+  }
+
+  colour(colours: Colours): void {
+    this.#solids.forEach((solid) => solid.colour(colours));
+    this.#ghosts.forEach((ghosts) => ghosts.forEach((ghost, user) => ghost.colour(userColour(colours, user))));
+  }
+
+  dispose(): void {
+    this.#solids.forEach((solid) => solid.dispose());
+    this.#ghosts.flat().forEach((ghost) => ghost.dispose());
+  }
+}
+
+/** The surface to show for a body: the one that `mine` has, else any host's. */
+function surfaceOf(picture: Picture, body: number, mine: HostIndex | null): SurfacePicture | null {
+  const surfaces = picture.surfaces.filter((surface) => surface.body === body);
+  return surfaces.find((surface) => surface.host === mine) ?? surfaces[0] ?? null;
+}
+
+export function meanPose(poses: BodyPose[]): BodyPose {
+  const position = new Vector3();
+  const sum: [number, number, number, number] = [0, 0, 0, 0];
+  for (const { position_m, orientation_xyzw } of poses) {
+    position.addScaledVector(new Vector3(...position_m), 1 / poses.length);
+    // Both signs are the same orientation.
+    const sign = orientation_xyzw.reduce((dot, part, i) => dot + part * (sum[i] ?? 0), 0) < 0 ? -1 : 1;
+    orientation_xyzw.forEach((part, i) => { sum[i] = (sum[i] ?? 0) + sign * part; });
+  }
+  const orientation = new Quaternion(...sum);
+  if (orientation.lengthSq() < 1e-12) orientation.identity();
+  orientation.normalize();
+  const { x, y, z, w } = orientation;
+  return { position_m: position.toArray(), orientation_xyzw: [x, y, z, w] };
+}
+
+/** `pose`, `apart` times as far from `mean` as it is; turned as it is. */
+export function exaggerated(pose: BodyPose, mean: BodyPose, apart: number): BodyPose {
+  const away = (value: number, axis: number) => {
+    const middle = mean.position_m[axis] ?? 0;
+    return middle + apart * (value - middle);
+  };
+  const [x, y, z] = pose.position_m;
+  return { position_m: [away(x, 0), away(y, 1), away(z, 2)], orientation_xyzw: pose.orientation_xyzw };
+}
+
+function place(object: Object3D, pose: BodyPose): void {
+  object.position.set(...pose.position_m);
+  object.quaternion.set(...pose.orientation_xyzw).normalize();
+}
+
+/** Puts an object into the world frame, for vertices that are in it. */
+function unplace(object: Object3D): void {
+  object.position.set(0, 0, 0);
+  object.quaternion.identity();
+}
+
+class Solid {
+  readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
+  #rigid: BufferGeometry;
+  #deformed: DeformedSurface;
+  #fixed: boolean;
+
+  constructor(body: BodyInfo) {
+    this.#rigid = bodyGeometry(body);
+    this.#deformed = new DeformedSurface(body);
+    this.#fixed = body.fixed;
+    this.mesh = new Mesh(this.#rigid, new MeshStandardMaterial({ roughness: 0.55, metalness: 0 }));
+    this.mesh.castShadow = true;
+    this.mesh.receiveShadow = true;
+  }
+
+  show(pose: BodyPose, surface: SurfacePicture | null): void {
+    const deformed = surface !== null && this.#deformed.update(surface.vertices_m);
+    this.mesh.geometry = deformed ? this.#deformed.geometry : this.#rigid;
+    if (deformed) unplace(this.mesh);
+    else place(this.mesh, pose);
+  }
+
+  colour(colours: Colours): void {
+    const share = this.#fixed ? 0.75 : 0.5;
+    const plain = colours.dark ? new Color("#8fa3bd") : new Color("#e9dcc3");
+    this.mesh.material.color.copy(plain).lerp(colours.muted, share - 0.5);
+  }
+
+  dispose(): void {
+    this.#rigid.dispose();
+    this.#deformed.geometry.dispose();
+    this.mesh.material.dispose();
+  }
+}
+
+class Ghost {
+  readonly group = new Group();
+  #rigid: BufferGeometry;
+  #deformed: DeformedSurface;
+  #fill: Mesh<BufferGeometry, MeshBasicMaterial>;
+  #outline: LineSegments<EdgesGeometry, LineBasicMaterial>;
+
+  constructor(body: BodyInfo) {
+    this.#rigid = outlineSource(body);
+    this.#deformed = new DeformedSurface(body);
+    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial({ transparent: true, opacity: 0.13, depthWrite: false }));
+    this.#outline = new LineSegments(new EdgesGeometry(this.#rigid, EDGE_DEGREES), new LineBasicMaterial({ transparent: true }));
+    // Lines lie in the faces that they bound: they are drawn last and seen through what is in front.
+    this.#outline.renderOrder = 2;
+    this.#outline.material.depthTest = false;
+    this.#outline.material.opacity = 0.85;
+    this.group.add(this.#fill, this.#outline);
+  }
+
+  show(pose: BodyPose, surface: SurfacePicture | null): void {
+    const deformed = surface !== null && this.#deformed.update(surface.vertices_m);
+    this.#fill.geometry = deformed ? this.#deformed.geometry : this.#rigid;
+    this.#outline.visible = !deformed;
+    if (deformed) unplace(this.group);
+    else place(this.group, pose);
+  }
+
+  colour(colour: Color): void {
+    this.#fill.material.color.copy(colour);
+    this.#outline.material.color.copy(colour);
+  }
+
+  dispose(): void {
+    this.#rigid.dispose();
+    this.#deformed.geometry.dispose();
+    this.#outline.geometry.dispose();
+    this.#fill.material.dispose();
+    this.#outline.material.dispose();
+  }
+}
+
+/** A surface whose vertices move every frame; its triangles are those of the body's own surface. */
+export class DeformedSurface {
+  readonly geometry = new BufferGeometry();
+  #triangles: number[];
+  #vertices: number;
+
+  constructor(body: BodyInfo) {
+    this.#triangles = body.surface?.triangles ?? [];
+    this.#vertices = this.#triangles.reduce((most, vertex) => Math.max(most, vertex + 1), 0);
+  }
+
+  /** World frame, three numbers a vertex. False where they do not fit the body's triangles. */
+  update(vertices_m: Float32Array): boolean {
+    if (this.#triangles.length === 0 || vertices_m.length < 3 * this.#vertices) return false;
+    const positions = this.#positions(vertices_m.length);
+    (positions.array as Float32Array).set(vertices_m);
+    positions.needsUpdate = true;
+    this.geometry.computeVertexNormals();
+    this.geometry.computeBoundingSphere();
+    return true;
+  }
+
+  #positions(length: number): BufferAttribute {
+    const found = this.geometry.getAttribute("position") as BufferAttribute | undefined;
+    if (found?.array.length === length) return found;
+    const positions = new BufferAttribute(new Float32Array(length), 3);
+    this.geometry.setAttribute("position", positions);
+    this.geometry.deleteAttribute("normal");
+    this.geometry.setIndex(this.#triangles);
+    return positions;
+  }
+}

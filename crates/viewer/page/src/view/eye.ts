@@ -1,0 +1,109 @@
+// The camera: how the scene is framed, turned and followed, and what is under a place on the screen.
+import { PerspectiveCamera, Raycaster, Vector2, Vector3, type Ray } from "three";
+import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { Layout } from "./layout.ts";
+
+/** What is further from the middle of the picture than this share of half of it is followed. */
+const CALM_SHARE = 0.55;
+/** Of the way that is left, a frame. */
+const FOLLOW_SHARE = 0.06;
+
+export class Eye {
+  readonly camera = new PerspectiveCamera(35, 1, 0.01, 50);
+  readonly controls: OrbitControls;
+  follow = true;
+  #layout: Layout | null = null;
+
+  constructor(canvas: HTMLCanvasElement, onChange: () => void) {
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.maxPolarAngle = 0.495 * Math.PI;
+    this.controls.addEventListener("change", onChange);
+  }
+
+  frame(layout: Layout, line: boolean): void {
+    this.#layout = layout;
+    this.controls.minDistance = 0.5 * layout.radius;
+    this.controls.maxDistance = 12 * layout.radius;
+    this.camera.near = 0.05 * layout.radius;
+    this.camera.far = 60 * layout.radius;
+    this.#line = line;
+    this.reset();
+  }
+  #line = false;
+
+  /** From in front and above; a line more from above its side. */
+  reset(): void {
+    if (!this.#layout) return;
+    const { centre, radius } = this.#layout;
+    // The scene's ball fits the narrower side.
+    const half = Math.atan(Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect));
+    const distance = ((this.#line ? 0.78 : 0.92) * radius) / Math.sin(half);
+    this.controls.target.set(...centre);
+    this.camera.position.set(centre[0], centre[1] - 0.72 * distance, centre[2] + 0.7 * distance);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+  }
+
+  resize(width: number, height: number): void {
+    const before = Math.min(1, this.camera.aspect);
+    this.camera.aspect = width / height;
+    this.camera.updateProjectionMatrix();
+    // What fitted goes on fitting.
+    const factor = before / Math.min(1, this.camera.aspect);
+    this.camera.position.sub(this.controls.target).multiplyScalar(factor).add(this.controls.target);
+    this.controls.update();
+  }
+
+  /** Moves along when what matters leaves the middle of the picture. Says whether it moved. */
+  keep(middle: Vector3): boolean {
+    if (!this.follow) return false;
+    const off = middle.clone().sub(this.controls.target);
+    const calm = CALM_SHARE * this.camera.position.distanceTo(this.controls.target) * Math.tan((this.camera.fov * Math.PI) / 360);
+    const excess = off.length() - calm;
+    if (!Number.isFinite(excess) || excess < 1e-4 * calm) return false;
+    off.setLength(FOLLOW_SHARE * excess);
+    this.controls.target.add(off);
+    this.camera.position.add(off);
+    this.controls.update();
+    return true;
+  }
+
+  /** Turns around the scene, radians. */
+  turn(around: number, over: number): void {
+    const off = this.camera.position.clone().sub(this.controls.target);
+    const distance = off.length();
+    const azimuth = Math.atan2(off.y, off.x) + around;
+    const height = Math.min(1.5, Math.max(0.03, Math.asin(off.z / distance) + over));
+    off.set(Math.cos(height) * Math.cos(azimuth), Math.cos(height) * Math.sin(azimuth), Math.sin(height));
+    this.camera.position.copy(this.controls.target).addScaledVector(off, distance);
+    this.controls.update();
+  }
+
+  zoom(factor: number): void {
+    const off = this.camera.position.clone().sub(this.controls.target).multiplyScalar(factor);
+    off.clampLength(this.controls.minDistance, this.controls.maxDistance);
+    this.camera.position.copy(this.controls.target).add(off);
+    this.controls.update();
+  }
+
+  /** The way that a place on the screen looks; -1 to 1, up and right positive. */
+  ray(x: number, y: number): Ray {
+    const caster = new Raycaster();
+    this.camera.updateMatrixWorld();
+    caster.setFromCamera(new Vector2(x, y), this.camera);
+    return caster.ray;
+  }
+
+  /** How large a pixel is at a place, m. */
+  pixelAt(position: Vector3, height: number): number {
+    const depth = position.clone().applyMatrix4(this.camera.matrixWorldInverse).z;
+    return (2 * Math.abs(depth) * Math.tan((this.camera.fov * Math.PI) / 360)) / Math.max(1, height);
+  }
+
+  /** Where something is on the screen, -1 to 1; null behind the camera. */
+  project(position: Vector3): Vector2 | null {
+    const seen = position.clone().project(this.camera);
+    return seen.z > 1 ? null : new Vector2(seen.x, seen.y);
+  }
+}
