@@ -17,7 +17,6 @@ use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tokio::time::{Instant, interval, timeout};
 
 use crate::changing::{Change, Wanted};
-use crate::controls::shortened;
 use crate::predicting::{Ask, Queue};
 use crate::protocol::{PageMessage, ServerMessage};
 use crate::room::{Room, Subject};
@@ -143,13 +142,14 @@ impl Listen {
     }
 
     fn hear(&mut self, message: Message) {
-        if let Some(held) = &mut self.held {
+        // A browser answers pings by itself, even when its page sleeps.
+        if let (Some(held), Message::Text(_)) = (&mut self.held, &message) {
             held.last_heard = Instant::now();
         }
         match message {
-            Message::Text(text) => match serde_json::from_str(&text) {
+            Message::Text(text) => match PageMessage::read(&text) {
                 Ok(message) => self.do_as_asked(message),
-                Err(error) => self.refuse_message(&shortened(&error.to_string())),
+                Err(why) => self.refuse_message(&why),
             },
             Message::Binary(_) => self.refuse_message("it is not text"),
             Message::Pong(payload) => {
@@ -164,13 +164,13 @@ impl Listen {
     fn do_as_asked(&mut self, message: PageMessage) {
         match message {
             PageMessage::Take { user } => self.take(user),
-            PageMessage::Leave => self.let_go(),
+            PageMessage::Leave {} => self.let_go(),
             PageMessage::Point { targets_m } => self.point(&targets_m),
             PageMessage::Rate { hz } => {
                 self.says.rate_hz.send_replace(hz.clamp(RATES_HZ.0, RATES_HZ.1));
             }
             PageMessage::Set { settings } => self.change(Wanted::Settings(settings)),
-            PageMessage::Again => self.change(Wanted::Again),
+            PageMessage::Again {} => self.change(Wanted::Again),
             PageMessage::Predict { id, settings, margin, map } => {
                 let (browser, asker) = (self.visit.number, self.outbox.clone());
                 self.visit.predictions.put(Ask { browser, id, settings, margin, map, asker });

@@ -113,7 +113,7 @@ pub(crate) fn values(controls: &[Control], chosen: &Chosen, scene: &Scene) -> Se
 pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), String> {
     settings.iter().try_for_each(|(key, setting)| {
         let Some(control) = controls.iter().find(|control| control.key == key) else {
-            return Err(format!("there is no control \"{}\" in this scene", shortened(key)));
+            return Err(format!("there is no control \"{}\" in this scene", shortened(key, 60)));
         };
         match setting {
             Setting::Choice(word) if control.choices.contains(word) => Ok(()),
@@ -133,9 +133,9 @@ pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), Str
     })
 }
 
-/// A text from outside, short enough to be said back.
-pub(crate) fn shortened(text: &str) -> String {
-    text.chars().filter(|letter| !letter.is_control()).take(60).collect()
+/// A text from outside, short enough to be said back: at most so many letters.
+pub(crate) fn shortened(text: &str, most: usize) -> String {
+    text.chars().filter(|letter| !letter.is_control()).take(most).collect()
 }
 
 fn scenes(family: &str) -> Vec<String> {
@@ -234,6 +234,8 @@ fn reaching(control: Control, scene: &Scene) -> Control {
 
 #[cfg(test)]
 mod tests {
+    use proptest::prelude::*;
+
     use super::*;
     use crate::settings::Base;
 
@@ -295,6 +297,19 @@ mod tests {
         assert_eq!(before, after);
         let slider = before.iter().find(|control| control.key == key).unwrap();
         assert!(slider.log && (slider.low, slider.high) == (15.0, 6000.0), "{slider:?}");
+    }
+
+    proptest! {
+        #[test]
+        fn any_number_at_any_control_is_a_scene_or_words(which in 0_usize..40, number in any::<f64>()) {
+            let (chosen, _, controls) = chosen("single-axis", Settings::new());
+            let key = controls[which % controls.len()].key.to_owned();
+            let settings = Settings::from([(key, Setting::Number(number))]);
+            if check(&controls, &settings).is_ok() {
+                let opened = chosen.with(&settings).open();
+                prop_assert!(opened.is_ok() || number.fract() != 0.0, "{settings:?}: {opened:?}");
+            }
+        }
     }
 
     #[test]

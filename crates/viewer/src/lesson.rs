@@ -102,7 +102,11 @@ fn is_a_scene(settings: &Settings) -> Result<(), String> {
         return Ok(());
     }
     let names: Vec<&str> = builtin::names().filter(|name| family_of(name) == *name).collect();
-    Err(format!("there is no scene \"{}\" here; there are {}", controls::shortened(name), names.join(", ")))
+    Err(format!(
+        "there is no scene \"{}\" here; there are {}",
+        controls::shortened(name, 60),
+        names.join(", ")
+    ))
 }
 
 /// Refuses a map that no control asks for, or that is too large.
@@ -122,7 +126,7 @@ fn check_axis(axis: &MapAxis, controls: &[Control]) -> Result<(), String> {
     let MapAxis { ref key, from, to, count, log } = *axis;
     let is_number = |control: &&Control| control.key == key && control.choices.is_empty();
     if !controls.iter().any(|control| is_number(&control)) {
-        return Err(format!("a map can have no axis \"{}\" in this scene", controls::shortened(key)));
+        return Err(format!("a map can have no axis \"{}\" in this scene", controls::shortened(key, 60)));
     }
     if !(2..=MOST_VALUES).contains(&count) {
         return Err(format!("an axis of a map has 2 to {MOST_VALUES} values, not {count}"));

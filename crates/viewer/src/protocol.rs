@@ -7,7 +7,7 @@ use cotouch_scene::names::HostIndex;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::controls::Control;
+use crate::controls::{Control, shortened};
 
 /// Values of controls, by key: numbers or choices.
 pub type Settings = BTreeMap<String, Setting>;
@@ -27,12 +27,28 @@ pub enum Setting {
 #[serde(tag = "type", rename_all = "kebab-case", deny_unknown_fields)]
 pub(crate) enum PageMessage {
     Take { user: HostIndex },
-    Leave,
+    // With braces: of a variant without them unknown fields would pass.
+    Leave {},
     Point { targets_m: Vec<[f64; 3]> },
     Rate { hz: f64 },
     Set { settings: Settings },
-    Again,
+    Again {},
     Predict { id: u32, settings: Settings, margin: bool, map: Option<MapAxes> },
+}
+
+impl PageMessage {
+    /// Reads a message; or says in words why it is none of the page's.
+    pub(crate) fn read(text: &str) -> Result<Self, String> {
+        serde_json::from_str(text).map_err(|error| shortened(&error.to_string(), 200))
+    }
+}
+
+/// Whether `text` is something that the page says.
+///
+/// # Errors
+/// Why not, in words.
+pub fn check_page_message(text: &str) -> Result<(), String> {
+    PageMessage::read(text).map(|_| ())
 }
 
 /// The plane of a map.
@@ -123,4 +139,44 @@ pub(crate) struct SeatInfo {
     pub(crate) user: HostIndex,
     pub(crate) name: String,
     pub(crate) by: &'static str,
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    #[test]
+    fn what_the_page_says_is_read() {
+        let message = r#"{"type":"predict","id":3,"settings":{"a":1,"b":"x"},"margin":true,"map":null}"#;
+        let settings = Settings::from([
+            ("a".to_owned(), Setting::Number(1.0)),
+            ("b".to_owned(), Setting::Choice("x".to_owned())),
+        ]);
+        assert_eq!(
+            PageMessage::read(message),
+            Ok(PageMessage::Predict { id: 3, settings, margin: true, map: None })
+        );
+        let message = r#"{"type":"point","targets_m":[[0,0.5,-1e-3]]}"#;
+        assert_eq!(PageMessage::read(message), Ok(PageMessage::Point { targets_m: vec![[0.0, 0.5, -1e-3]] }));
+        assert_eq!(PageMessage::read(r#"{"type":"leave"}"#), Ok(PageMessage::Leave {}));
+    }
+
+    proptest! {
+        #[test]
+        fn no_text_is_a_panic_and_no_refusal_is_long(text in "\\PC*|[\\[\\]{}\",:0-9a-z]{0,200}") {
+            if let Err(why) = check_page_message(&text) {
+                prop_assert!(!why.is_empty() && why.chars().count() <= 200);
+            }
+        }
+
+        #[test]
+        fn numbers_that_are_read_are_finite(number in "-?[0-9]{1,3}(\\.[0-9]{1,3})?(e-?[0-9]{1,4})?") {
+            let text = format!(r#"{{"type":"rate","hz":{number}}}"#);
+            if let Ok(PageMessage::Rate { hz }) = PageMessage::read(&text) {
+                prop_assert!(hz.is_finite());
+            }
+        }
+    }
 }
