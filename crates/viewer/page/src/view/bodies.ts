@@ -142,7 +142,7 @@ class Ghost {
   constructor(body: BodyInfo) {
     this.#rigid = outlineSource(body);
     this.#deformed = new DeformedSurface(body);
-    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial({ transparent: true, opacity: 0.13, depthWrite: false }));
+    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial({ transparent: true, opacity: 0.07, depthWrite: false }));
     this.#outline = new LineSegments(new EdgesGeometry(this.#rigid, EDGE_DEGREES), new LineBasicMaterial({ transparent: true }));
     // Lines lie in the faces that they bound: they are drawn last and seen through what is in front.
     this.#outline.renderOrder = 2;

@@ -150,7 +150,7 @@ export class Spring {
   #taut = new Color();
   #share = 0;
   constructor(radius: number, turns: number) {
-    const tube = new TubeGeometry(new Coil(radius, turns), 12 * turns, 0.16 * radius, 6);
+    const tube = new TubeGeometry(new Coil(radius, turns), 12 * turns, 0.28 * radius, 6);
     // Only the axis is stretched; the normals of a unit coil would be far off.
     tube.computeVertexNormals();
     this.object = new Mesh(tube, new MeshStandardMaterial({ roughness: 0.5 }));
