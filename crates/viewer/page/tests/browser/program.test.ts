@@ -30,7 +30,7 @@ interface Watching {
   errors: string[];
 }
 
-async function watch(program: Program, size = { width: 1100, height: 760 }): Promise<Watching> {
+async function watch(program: Program, size = { width: 800, height: 600 }): Promise<Watching> {
   // Everybody comes with a browser of their own.
   const page = await (await browser.newContext({ viewport: size })).newPage();
   page.setDefaultTimeout(PATIENCE_MS);
@@ -83,7 +83,7 @@ test("the page draws the scene, and asks nobody else for anything", async () => 
   await withProgram(["run", "grasp", "--no-record", "--duration", "600"], async (program) => {
     const watching = await watch(program);
     // What is drawn is read from the screen: many colours where the scene is, not one.
-    const shot = await watching.page.locator("canvas[data-drawn]").first().screenshot();
+    const shot = await watching.page.locator("canvas[data-drawn]").first().screenshot({ timeout: PATIENCE_MS });
     const colours = await watching.page.evaluate(async (base64) => {
       const image = new Image();
       image.src = `data:image/png;base64,${base64}`;
@@ -232,7 +232,8 @@ test("a recording replays, alone and beside another", async () => {
     for (const files of [[one], [one, two]]) {
       await withProgram(["replay", ...files], async (program) => {
         const watching = await watch(program);
-        assert.equal(await watching.page.locator("canvas[data-drawn]").count(), files.length);
+        const drawn = () => watching.page.locator("canvas[data-drawn]").count();
+        await until("every recording is drawn", async () => (await drawn()) === files.length);
         const place = async () => Number(await watching.page.getByRole("slider", { name: /time/i }).first().inputValue());
         const play = watching.page.getByRole("button", { name: /^play/i });
         if (await play.count()) await play.first().click();
