@@ -21,7 +21,7 @@ pub trait Device: Send {
     /// What the device is called in messages and recordings.
     fn name(&self) -> &str;
 
-    /// How many fingers it has, 1 to [`MAX_FINGERS`](cotouch_scene::geometry::MAX_FINGERS); constant.
+    /// How many fingers it has, 1 to [`MAX_FINGERS`]; constant.
     fn fingers(&self) -> usize {
         1
     }

@@ -30,6 +30,7 @@ mod haptic_loop;
 mod impairment;
 pub mod joining;
 pub mod live;
+mod mailbox;
 pub mod messages;
 pub mod monitor;
 mod priority;

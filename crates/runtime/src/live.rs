@@ -87,6 +87,8 @@ struct Present {
     /// What happened in the session before.
     summary: Option<Result<Summary, RecordError>>,
     news: Vec<String>,
+    /// Sessions on end that began because the objects had left all bounds.
+    begun_anew: u32,
     /// Somebody watches, until then at least.
     watched_until: LocalTime,
 }
@@ -137,6 +139,7 @@ impl LiveSession {
             generation: 1,
             summary: None,
             news: Vec::new(),
+            begun_anew: 0,
             watched_until: LocalTime(i64::MIN),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));

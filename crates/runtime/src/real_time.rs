@@ -22,6 +22,7 @@ use crate::hand::Place;
 use crate::haptic_loop::{self, Control, HapticHost, Timing};
 use crate::impairment::ImpairedWays;
 use crate::joining::{self, Seat};
+use crate::mailbox;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
@@ -264,7 +265,7 @@ fn start(
         locals.push(Local { host, transport, snapshot: snapshot_out });
     }
     let control = Arc::new(Control::default());
-    let (changes, mailbox) = haptic_loop::mailbox();
+    let (changes, mailbox) = mailbox::both_ends();
     let (rate, duration_s, shared) = (scene.rates.control_hz, options.duration_s, Arc::clone(&control));
     let thread = thread::Builder::new()
         .name("haptic".to_owned())

@@ -12,8 +12,10 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::change::{self, HostChange};
+use crate::clock;
 use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
-use crate::haptic_loop::{self, Control, HapticHost, Verdict};
+use crate::haptic_loop::{Control, HapticHost, Verdict};
+use crate::mailbox;
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
@@ -27,11 +29,14 @@ pub(crate) struct Local {
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
 }
 
+/// So long is waited for a change to be made.
+const LONGEST_WAIT_NS: i64 = 200_000_000;
+
 /// How settings are changed.
 struct Changing {
     /// The scene that runs.
     scene: Scene,
-    sender: haptic_loop::Sender,
+    sender: mailbox::Sender,
 }
 
 /// A session that runs in the background. Dropping it without [`SessionHandle::finish`] stops it.
@@ -52,7 +57,7 @@ impl SessionHandle {
     pub(crate) fn new(
         scene: Scene,
         impairment: Impairment,
-        sender: haptic_loop::Sender,
+        sender: mailbox::Sender,
         control: Arc<Control>,
         locals: Vec<Local>,
         haptic: JoinHandle<Vec<HapticHost>>,
@@ -105,8 +110,8 @@ impl SessionHandle {
     }
 
     /// Runs `scene` from the next tick on, if all hosts are in this process and [`change::is_possible`]; whether so.
-    /// Its impairment holds for every way from now on. Blocks until the change is made, a few ticks at most; before the
-    /// first tick, it is made with that.
+    /// Its impairment holds for every way from now on, and the verdict on the run begins anew. Blocks until the change is
+    /// made, a few ticks as a rule; before the first tick, it is made with that.
     #[must_use]
     pub fn change(&self, scene: &Scene) -> bool {
         let mut changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
@@ -121,7 +126,9 @@ impl SessionHandle {
         for local in self.lock().iter() {
             local.transport.impair(&scene.link.impairment, scene.session.seed, local.host);
         }
-        while self.has_started() && !changing.sender.was_taken() && !self.has_ended() {
+        // What is not made by then, because no tick is due, is made with the next one.
+        let patience = clock::now().plus_ns(LONGEST_WAIT_NS);
+        while self.has_started() && !changing.sender.was_taken() && clock::now() < patience {
             thread::sleep(Duration::from_millis(1));
         }
         changing.scene = scene.clone();

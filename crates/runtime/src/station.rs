@@ -215,7 +215,8 @@ impl<D: Device> Station<D> {
         if let Some(sink) = &mut self.sink {
             let scene_toml = std::mem::take(&mut change.scene_toml);
             let kind = RecordKind::Changed(scene_toml);
-            let item = RecordItem { host: self.model.host, tick: self.instant.tick, kind };
+            let next_tick = self.state.last_tick.map_or(0, |last| last + 1);
+            let item = RecordItem { host: self.model.host, tick: next_tick, kind };
             sink.record(&item);
             if let RecordKind::Changed(scene_toml) = item.kind {
                 change.scene_toml = scene_toml;

@@ -129,9 +129,16 @@ fn a_pointer_that_outlives_its_session_moves_nothing() {
     assert!(!old.point(&Targets::new()));
     assert_eq!(by(&live, BEN), HeldBy::Script);
     let hand = live.take(BEN).unwrap();
+    let tracking = |live: &LiveSession| {
+        let (would_run, _) = live.as_it_would_run(&live.scene().0);
+        would_run.users.iter().map(|user| user.tracking).collect::<Vec<_>>()
+    };
+    let slack = live.scene().0.users[0].tracking;
+    assert_eq!(tracking(&live), [slack, hand.spring], "the analysis is asked about the pointer's spring");
     drop(old);
     assert_eq!(by(&live, BEN), HeldBy::Pointer, "an old hand does not let go for a new one");
     drop(hand);
+    assert_eq!(tracking(&live), [slack, slack]);
     live.stop();
     until("the end", || live.has_ended().then_some(()));
     assert!(matches!(live.take(ANNA), Err(TakeError::Ended)));

@@ -154,6 +154,25 @@ fn a_session_that_does_not_start_leaves_the_one_before() {
 }
 
 #[test]
+fn past_the_boundary_it_shakes_and_before_it_settles() {
+    let stiff = |stiffness: u32| {
+        real_scene(&[format!("coupling.object_object.stiffness_n_per_m={stiffness}").as_str()])
+    };
+    let session = live(&stiff(300), None);
+    let stable = |session: &LiveSession| session.snapshot().0.lately.stable;
+    wait_until(&session, |session| stable(session) == Some(true));
+    let calm_j = session.snapshot().0.lately.oscillation_j;
+    assert_eq!(session.change(stiff(2500)).unwrap(), Changed::WhileRunning);
+    wait_until(&session, |session| {
+        let lately = session.snapshot().0.lately;
+        lately.stable == Some(false) && lately.oscillation_j > 10.0 * calm_j
+    });
+    session.change(stiff(300)).unwrap();
+    wait_until(&session, |session| stable(session) == Some(true));
+    stop(session);
+}
+
+#[test]
 fn a_world_that_left_all_bounds_begins_anew() {
     let settings = ["coupling.object_object.stiffness_n_per_m=200000", "object.mass_kg=0.05"];
     let session = live(&real_scene(&settings), None);

@@ -12,6 +12,7 @@ use cotouch_net::packet::StatePacket;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
+use cotouch_runtime::monitor;
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::Transport;
@@ -70,6 +71,7 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
                 _ => {}
             }
             instant(&mut stations, tick);
+            std::hint::black_box(monitor::lately(stations.iter().map(|station| &station.lately), false));
         });
         assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
         consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));

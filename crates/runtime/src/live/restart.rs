@@ -13,15 +13,18 @@ use crate::clock;
 use crate::real_time::StartError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 
-/// How often the watcher looks, and for how long a world that has left all bounds stays to be seen.
+/// How often the watcher looks, and for how long a world that has left all bounds stays to be seen: twice as long each
+/// time that the same settings end so again, since every session has a recording of its own.
 const WATCH_PERIOD: Duration = Duration::from_millis(100);
 const DIVERGED_STAYS_NS: i64 = 1_500_000_000;
+const MOST_DOUBLINGS: u32 = 6;
 
 impl Shared {
     /// Runs `scene`, which a real network can play, from now on.
     pub(super) fn change(&self, scene: Scene) -> Result<Changed, ChangeError> {
         let starter = self.starter.as_ref().ok_or(ChangeError::Shared)?;
         let _one_at_a_time = self.begin_change();
+        self.present().begun_anew = 0;
         // A world that has left all bounds stands still for good, whatever the settings.
         let has_diverged = self.has_diverged().0;
         if !has_diverged && self.change_while_running(&scene)? {
@@ -47,7 +50,11 @@ impl Shared {
     pub(super) fn again(&self) -> Result<(), ChangeError> {
         let starter = self.starter.as_ref().ok_or(ChangeError::Shared)?;
         let _one_at_a_time = self.begin_change();
-        let scene = Scene::clone(&self.present().scene);
+        let scene = {
+            let mut present = self.present();
+            present.begun_anew = 0;
+            Scene::clone(&present.scene)
+        };
         self.restart(scene, starter)
     }
 
@@ -142,7 +149,7 @@ fn watch_while_there(shared: &Weak<Shared>) {
         // Where nobody watches, what happened is to stand in the summary.
         let diverged = diverged && shared.present().watched_until > clock::now();
         seen = match seen.filter(|(of, _)| diverged && *of == generation) {
-            Some((_, since)) if clock::now().since(since) >= DIVERGED_STAYS_NS => {
+            Some((_, since)) if clock::now().since(since) >= shared.diverged_stays_ns() => {
                 shared.begin_anew_after(generation);
                 None
             }
@@ -160,14 +167,19 @@ impl Shared {
         (diverged, present.generation)
     }
 
+    fn diverged_stays_ns(&self) -> i64 {
+        DIVERGED_STAYS_NS << self.present().begun_anew.min(MOST_DOUBLINGS)
+    }
+
     fn begin_anew_after(&self, generation: u32) {
         let Some(starter) = &self.starter else { return };
         let _one_at_a_time = self.begin_change();
         let scene = {
-            let present = self.present();
+            let mut present = self.present();
             if present.generation != generation {
                 return;
             }
+            present.begun_anew += 1;
             Scene::clone(&present.scene)
         };
         let news = match self.restart(scene, starter) {

@@ -113,3 +113,79 @@ pub fn lately<'a>(monitors: impl Iterator<Item = &'a LatelyMonitor> + Clone, div
         oscillation_j: sum(|monitor| median(&monitor.energies_j::<HALF_SECOND>(0))),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const HZ: u32 = 1024;
+
+    fn monitor() -> LatelyMonitor {
+        let rate = |text: &str| text.parse().expect("a rate");
+        LatelyMonitor::new(&Schedule::new(rate("1024"), rate("128")).expect("they fit"))
+    }
+
+    /// So many ticks with an energy (J) and limits as they are at a time (s) from here on.
+    fn run(monitor: &mut LatelyMonitor, ticks: u32, at: impl Fn(f64) -> (f64, bool)) {
+        for tick in 0..ticks {
+            let (energy_j, limited) = at(f64::from(tick) / f64::from(HZ));
+            monitor.observe(energy_j, if limited { Acted::FORCE_LIMIT } else { Acted::empty() });
+        }
+    }
+
+    fn stable(monitor: &LatelyMonitor) -> Option<bool> {
+        lately(std::iter::once(monitor), false).stable
+    }
+
+    #[test]
+    fn two_seconds_are_too_early_but_for_a_world_that_is_lost() {
+        let mut monitor = monitor();
+        run(&mut monitor, 2 * HZ - 1, |_| (0.0, false));
+        assert_eq!(stable(&monitor), None);
+        assert_eq!(lately(std::iter::once(&monitor), true).stable, Some(false));
+        run(&mut monitor, 1, |_| (0.0, false));
+        assert_eq!(stable(&monitor), Some(true));
+    }
+
+    #[test]
+    fn growth_counts_and_what_stays_or_decays_does_not() {
+        let mut monitor = monitor();
+        run(&mut monitor, 3 * HZ, |_| (1e-3, false));
+        assert_eq!(stable(&monitor), Some(true));
+        run(&mut monitor, HZ, |_| (2e-3, false));
+        assert_eq!(stable(&monitor), Some(false));
+        assert!((lately(std::iter::once(&monitor), false).oscillation_j - 2e-3).abs() < 1e-9);
+        let two = [monitor.clone(), monitor.clone()];
+        assert!((lately(two.iter(), false).oscillation_j - 4e-3).abs() < 1e-9, "the sum over hosts");
+        run(&mut monitor, HZ, |_| (2e-3, false));
+        assert_eq!(stable(&monitor), Some(true));
+        run(&mut monitor, HZ, |_| (f64::NAN, false));
+        assert_eq!(stable(&monitor), Some(false));
+        run(&mut monitor, 2 * HZ, |t| (2e-3 * (-t).exp(), false));
+        assert_eq!(stable(&monitor), Some(true), "what is over is forgotten");
+    }
+
+    #[test]
+    fn too_little_to_matter_and_a_short_knock_do_not_count() {
+        let mut monitor = monitor();
+        run(&mut monitor, 2 * HZ, |_| (0.0, false));
+        run(&mut monitor, HZ, |_| (19e-6, false));
+        assert_eq!(stable(&monitor), Some(true));
+        run(&mut monitor, 2 * HZ, |_| (0.0, false));
+        run(&mut monitor, HZ, |t| (if t < 0.3 { 1.0 } else { 0.0 }, false));
+        assert_eq!(stable(&monitor), Some(true));
+    }
+
+    #[test]
+    fn limits_on_end_or_for_a_tenth_of_the_time_count_for_a_second() {
+        for (on_end, of, expected) in [(20, 1024, true), (21, 1024, false), (6, 64, true), (7, 64, false)] {
+            let mut monitor = monitor();
+            run(&mut monitor, 2 * HZ, |_| (0.0, false));
+            let tick = |t: f64| (t * f64::from(HZ)).round() as u32;
+            run(&mut monitor, HZ, |t| (0.0, tick(t) % of < on_end));
+            assert_eq!(stable(&monitor), Some(expected), "{on_end} of {of} ticks");
+            run(&mut monitor, HZ, |_| (0.0, false));
+            assert_eq!(stable(&monitor), Some(true), "what is over is forgotten");
+        }
+    }
+}

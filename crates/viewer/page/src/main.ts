@@ -49,4 +49,4 @@ store.on("picture", (picture) => {
   view.show(picture);
   plots.add(picture);
 });
-store.on("taken", ({ user }) => view.setMine(user));
+view.onRate = (hz) => send({ type: "rate", hz });

@@ -1,5 +1,264 @@
-// Controls, what the analysis predicts for them, and what the running session does.
+// The lesson: controls, what the analysis predicts for them, and beside it what the running session does.
+import "./lesson.css";
 import type { Send } from "../connection.ts";
+import { make, say } from "../dom.ts";
+import type { Control, FailedMessage, SessionMessage, Settings, VerdictMessage } from "../protocol.ts";
 import type { Store } from "../store.ts";
+import { listMargins, listModes, listWarnings } from "./answers.ts";
+import { Asking } from "./asking.ts";
+import { AxesChoice, axisOf } from "./axes.ts";
+import { Controls, followHelp } from "./controls.ts";
+import { Gauge } from "./gauge.ts";
+import { StabilityMap } from "./map.ts";
+import { Running } from "./running.ts";
+import { Setting } from "./setting.ts";
+import { agreement, growth } from "./words.ts";
 
-export function createLesson(element: HTMLElement, store: Store, send: Send): void { void element; void store; void send; }
+const CLOCK = {
+  now: () => performance.now(),
+  later: (run: () => void, delay_ms: number) => setTimeout(run, delay_ms),
+};
+const MAY_CHANGE = "↻ begins the session anew. Point at a control to read what it is.";
+const MAY_ASK = "Only a browser on the computer that runs the session may change it. Here the controls ask: what if?";
+
+export function createLesson(element: HTMLElement, store: Store, send: Send): void {
+  new Lesson(element, store, send);
+}
+
+class Lesson {
+  #element: HTMLElement;
+  #store: Store;
+  #send: Send;
+  #asking: Asking;
+  #setting: Setting;
+  #gauge = new Gauge();
+  #running = new Running();
+  #controls: Controls;
+  #axes = new AxesChoice(() => this.#axesChanged());
+  #map = new StabilityMap((values) => this.#pick(values), () => this.#picked());
+  #verdict: VerdictMessage | null = null;
+  /** What the controls show. */
+  #wanted: Settings = {};
+  /** Keys that this page has moved in this session: named in every question, whatever the server has taken over. */
+  #touched = new Set<string>();
+  #agreement = make("p", { class: "agreement", role: "status" });
+  #growth = make("p", { class: "small muted" });
+  #note = make("p", { class: "small note", role: "status" });
+  #help = make("p", { class: "small muted help-line" });
+  #modes = make("div");
+  #margins = make("div");
+  #mapState = make("p", { class: "small muted map-state" });
+  #again = make("button", { type: "button" }, "Begin again");
+
+  constructor(element: HTMLElement, store: Store, send: Send) {
+    this.#element = element;
+    this.#store = store;
+    this.#send = send;
+    this.#asking = new Asking(send, CLOCK);
+    this.#setting = new Setting((settings) => send({ type: "set", settings }), CLOCK);
+    this.#controls = new Controls({
+      moved: (control, value) => this.#moved(control, value),
+      released: (control, value) => this.#released(control, value),
+    });
+    this.#layOut();
+    this.#listen();
+  }
+
+  #layOut(): void {
+    this.#again.addEventListener("click", () => this.#beginAgain());
+    this.#element.append(
+      make("div", { class: "verdicts" },
+        make("div", { class: "pair" }, make("div", { class: "predicted" }, make("h3", {}, "Predicted"), this.#gauge.element), this.#running.element),
+        this.#agreement, this.#growth),
+      make("div", { class: "map-part" }, make("h3", {}, "Where it is stable"), this.#axes.element, this.#map.canvas, this.#mapState),
+      make("div", { class: "controls-head" }, make("h3", {}, "Settings"), this.#again),
+      this.#note, this.#controls.element, this.#help,
+      make("h3", {}, "Contact modes, worst first"), this.#modes,
+      make("h3", {}, "Margins"), this.#margins,
+    );
+  }
+
+  #listen(): void {
+    const store = this.#store;
+    store.on("session", (session) => this.#begin(session));
+    store.on("settings", ({ settings, note }) => this.#settings(settings, note));
+    store.on("picture", (picture) => { if (this.#running.show(picture)) this.#showAgreement(); });
+    store.on("refused", ({ what }) => { if (what === "set") this.#revert(); });
+    store.on("verdict", (verdict) => this.#answered(verdict.id, "verdict", () => this.#showVerdict(verdict)));
+    store.on("margin", (margin) => this.#answered(margin.id, "margin", () =>
+      this.#margins.replaceChildren(listMargins(margin, this.#known()))));
+    store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map)));
+    store.on("failed", (failed) => this.#answered(failed.id, failed.what, () => this.#failed(failed)));
+    store.on("trouble", (trouble) => { if (trouble) this.#asking.forget(); });
+    this.#element.addEventListener("tabshown", () => this.#ask());
+    document.addEventListener("visibilitychange", () => this.#ask());
+  }
+
+  #known(): Control[] {
+    return this.#store.session?.controls ?? [];
+  }
+
+  #begin(session: SessionMessage): void {
+    this.#asking.forget();
+    this.#touched.clear();
+    this.#wanted = {};
+    this.#verdict = null;
+    this.#gauge.clear();
+    this.#running.clear();
+    this.#controls.build(session.controls);
+    followHelp(this.#controls.element, this.#help, session.may_change ? MAY_CHANGE : MAY_ASK);
+    this.#axes.build(session.controls);
+    this.#again.hidden = !session.may_change;
+    this.#setAxes();
+    this.#showAgreement();
+  }
+
+  #settings(settings: Settings, note: string): void {
+    say(this.#note, note);
+    const before = JSON.stringify(this.#wanted);
+    for (const [key, value] of Object.entries(settings)) {
+      // What this page asks "what if?" stays; so does what it has just moved.
+      if (!this.#touched.has(key)) this.#wanted[key] = value;
+      else if (this.#store.session?.may_change && this.#wanted[key] === value) this.#touched.delete(key);
+    }
+    this.#controls.show(this.#wanted);
+    this.#mark();
+    this.#showAgreement();
+    if (JSON.stringify(this.#wanted) !== before) this.#ask();
+  }
+
+  /** The session does not do what was asked for: show what it does. */
+  #revert(): void {
+    this.#touched.clear();
+    this.#controls.release();
+    const settings = this.#store.settings;
+    if (settings) this.#settings(settings.settings, settings.note);
+  }
+
+  #beginAgain(): void {
+    this.#running.clear();
+    this.#showAgreement();
+    this.#send({ type: "again" });
+  }
+
+  #moved(control: Control, value: number | string): void {
+    this.#wanted[control.key] = value;
+    this.#touched.add(control.key);
+    if (this.#store.session?.may_change) this.#setting.moved(control, value);
+    this.#mark();
+    this.#showAgreement();
+    this.#ask();
+  }
+
+  #released(control: Control, value: number | string): void {
+    if (this.#store.session?.may_change) this.#setting.released(control, value);
+  }
+
+  #pick(values: { x: number; y: number }): void {
+    const axes = this.#axes.axes;
+    if (!axes) return;
+    for (const axis of ["x", "y"] as const) {
+      if (this.#wanted[axes[axis].key] === values[axis]) continue;
+      this.#controls.put(axes[axis].key, values[axis]);
+      this.#moved(axes[axis], values[axis]);
+    }
+  }
+
+  #picked(): void {
+    const axes = this.#axes.axes;
+    if (!axes) return;
+    for (const control of [axes.x, axes.y]) {
+      const value = this.#wanted[control.key];
+      if (value !== undefined && this.#touched.has(control.key)) this.#released(control, value);
+    }
+  }
+
+  #axesChanged(): void {
+    this.#setAxes();
+    this.#ask();
+  }
+
+  #setAxes(): void {
+    const axes = this.#axes.axes;
+    this.#map.canvas.parentElement!.hidden = axes === null;
+    if (axes) this.#map.setAxes(axes.x, axes.y);
+    this.#mark();
+  }
+
+  #mark(): void {
+    this.#map.mark(this.#placeIn(this.#wanted), this.#placeIn(this.#store.settings?.settings ?? {}));
+  }
+
+  #placeIn(settings: Settings): { x: number; y: number } | null {
+    const axes = this.#axes.axes;
+    if (!axes) return null;
+    const [x, y] = [settings[axes.x.key], settings[axes.y.key]];
+    return typeof x === "number" && typeof y === "number" ? { x, y } : null;
+  }
+
+  /** Asks for what is shown: the verdict always, since the header has it too. */
+  #ask(): void {
+    const session = this.#store.session;
+    if (!session || session.mode !== "live" || session.controls.length === 0 || document.hidden) return;
+    if (Object.keys(this.#wanted).length === 0) return;
+    const shown = !this.#element.hidden;
+    const axes = this.#axes.axes;
+    const settings = Object.fromEntries([...this.#touched].map((key) => [key, this.#wanted[key]!]));
+    const others = Object.entries(this.#wanted).filter(([key]) => key !== axes?.x.key && key !== axes?.y.key);
+    this.#asking.wish({
+      settings,
+      axes: shown && axes ? { x: axisOf(axes.x), y: axisOf(axes.y) } : null,
+      mapKey: JSON.stringify([session.generation, axes?.x.key, axes?.y.key, others.sort()]),
+      margin: shown,
+    });
+    this.#showBusy();
+  }
+
+  #answered(id: number, what: "verdict" | "margin" | "map", show: () => void): void {
+    if (!this.#asking.answered(id, what)) return;
+    show();
+    this.#showBusy();
+  }
+
+  #showVerdict(verdict: VerdictMessage): void {
+    this.#verdict = verdict;
+    this.#gauge.show(verdict.spectral_radius, verdict.stable);
+    this.#growth.textContent = growth(verdict);
+    const warnings = listWarnings(verdict.warnings);
+    this.#modes.replaceChildren(listModes(verdict), ...(warnings ? [warnings] : []));
+    this.#showAgreement();
+  }
+
+  #failed({ what, why }: FailedMessage): void {
+    if (what === "margin") this.#margins.replaceChildren(make("p", { class: "small" }, `No margins: ${why}`));
+    if (what === "map") this.#map.show(null);
+    if (what !== "margin") say(this.#mapState, `No ${what === "map" ? "map" : "verdict"}: ${why}`);
+    if (what !== "verdict") return;
+    this.#verdict = null;
+    this.#gauge.clear();
+    say(this.#growth, "");
+    say(this.#agreement, `No prediction: ${why}`);
+  }
+
+  #showBusy(): void {
+    const waits = this.#asking.waitsFor;
+    this.#gauge.setBusy(waits.has("verdict"));
+    this.#map.canvas.classList.toggle("busy", waits.has("map"));
+    const legend = this.#store.session?.may_change
+      ? "Cross: these settings. Ring: what runs. Click to go there."
+      : "Cross: what if. Ring: what runs. Click to ask about a place.";
+    if (!this.#mapState.textContent?.startsWith("No ") || waits.has("map")) {
+      say(this.#mapState, waits.has("map") ? "Computing the map…" : legend);
+    }
+    if (waits.has("margin")) this.#margins.replaceChildren(make("p", { class: "small muted" }, "Computing…"));
+  }
+
+  #showAgreement(): void {
+    const running = this.#store.settings?.settings ?? {};
+    const same = Object.entries(this.#wanted).every(([key, value]) => running[key] === value);
+    const predicted = this.#verdict?.stable ?? null;
+    const agrees = predicted !== null && same && this.#running.seen === (predicted ? "settled" : "shaking");
+    this.#agreement.dataset["agrees"] = String(agrees);
+    say(this.#agreement, agreement(predicted, this.#running.seen, same));
+  }
+}

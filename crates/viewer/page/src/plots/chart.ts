@@ -193,7 +193,7 @@ export class Chart {
         points: { size: 7 },
         drag: { x: true, y: false, setScale: false, dist: 4 },
         bind: { dblclick: () => () => { this.events.onBack(); return null; } },
-        ...(sync === null ? {} : { sync: { key: sync, setSeries: false, scales: ["x", null] } }),
+        ...(sync === null ? {} : { sync: this.#sync(sync) }),
       },
       hooks: {
         setSelect: [(plot) => this.#selected(plot)],
@@ -201,6 +201,12 @@ export class Chart {
         draw: [(plot) => this.#drawMarker(plot)],
       },
     };
+  }
+
+  /** The cursor is shared; what is dragged is told by the chart where it was, once. */
+  #sync(key: string): uPlot.Cursor.Sync {
+    const pub = (kind: string) => kind === "mousemove" || kind === "mouseleave";
+    return { key, setSeries: false, scales: ["x", null], filters: { pub } };
   }
 
   #series(channel: Channel): uPlot.Series {

@@ -70,9 +70,13 @@ export class Buffer {
     return this.#chunks.has(this.#chunkOf(time_s));
   }
 
-  /** When the picture after this one, or before it, is due; null where none is here. */
-  timeBeside({ chunk, index }: Place, step: 1 | -1): number | null {
-    let [number, at] = [chunk, index + step];
+  /** When the nearest picture after `time_s`, or before it, is due; null where none is here. */
+  timeBeside(time_s: number, step: 1 | -1): number | null {
+    const place = this.placeAt(time_s);
+    if (!place) return null;
+    const shown_s = this.#chunks.get(place.chunk)?.times[place.index] as number;
+    if (step * (shown_s - time_s) > 1e-9) return shown_s;
+    let [number, at] = [place.chunk, place.index + step];
     for (let found = this.#chunks.get(number); found; found = this.#chunks.get(number)) {
       if (at >= 0 && at < found.count) return found.times[at] as number;
       number += step;

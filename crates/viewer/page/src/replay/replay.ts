@@ -146,7 +146,7 @@ class Replay {
   #step(step: 1 | -1): void {
     this.#playing = false;
     const times = this.#stages
-      .map((stage, index) => stage.beside(this.#spans[index] as Span, step))
+      .map((stage, index) => stage.beside(this.#spans[index] as Span, this.#time_s, step))
       .filter((time_s) => time_s !== null && step * (time_s - this.#time_s) > 1e-9) as number[];
     if (times.length > 0) this.#seek(step === 1 ? Math.min(...times) : Math.max(...times));
   }

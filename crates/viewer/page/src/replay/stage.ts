@@ -69,11 +69,10 @@ export class Stage {
     else if (!place) this.#state.textContent = "loading…";
   }
 
-  /** When the picture beside the one that is shown is due, in shared time. */
-  beside(span: Span, step: 1 | -1): number | null {
-    if (!this.#shown) return null;
-    const time_s = this.buffer.timeBeside(this.#shown, step);
-    return time_s === null ? null : span.begins_s + time_s;
+  /** When the nearest picture before or after `time_s` is due, in shared time. */
+  beside(span: Span, time_s: number, step: 1 | -1): number | null {
+    const beside_s = this.buffer.timeBeside(within(span, time_s), step);
+    return beside_s === null ? null : span.begins_s + beside_s;
   }
 
   #draw(place: Place): void {

@@ -142,7 +142,10 @@ class Ghost {
   constructor(body: BodyInfo) {
     this.#rigid = outlineSource(body);
     this.#deformed = new DeformedSurface(body);
-    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial({ transparent: true, opacity: 0.13, depthWrite: false }));
+    // A little behind, so that it shows where it sticks out of the solid and not where their faces coincide.
+    const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
+    const glass = { transparent: true, opacity: 0.16, depthWrite: false, ...behind };
+    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial(glass));
     this.#outline = new LineSegments(new EdgesGeometry(this.#rigid, EDGE_DEGREES), new LineBasicMaterial({ transparent: true }));
     // Lines lie in the faces that they bound: they are drawn last and seen through what is in front.
     this.#outline.renderOrder = 2;

@@ -145,7 +145,7 @@ export class Drawing {
     this.#scene.add(stage.group, bodies.group, hands.group);
     this.#contents = { about, layout, stage, bodies, hands };
     this.#coarsen();
-    this.eye.frame(layout, about.space === "line");
+    this.eye.frame(layout, about.space);
     return this.#contents;
   }
 

@@ -1,6 +1,7 @@
 // The camera: how the scene is framed, turned and followed, and what is under a place on the screen.
 import { PerspectiveCamera, Raycaster, Vector2, Vector3, type Ray } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
+import type { About } from "../protocol.ts";
 import type { Layout } from "./layout.ts";
 
 /** What is further from the middle of the picture than this share of half of it is followed. */
@@ -21,26 +22,27 @@ export class Eye {
     this.controls.addEventListener("change", onChange);
   }
 
-  frame(layout: Layout, line: boolean): void {
+  frame(layout: Layout, space: About["space"]): void {
     this.#layout = layout;
+    this.#space = space;
     this.controls.minDistance = 0.5 * layout.radius;
     this.controls.maxDistance = 12 * layout.radius;
     this.camera.near = 0.05 * layout.radius;
     this.camera.far = 60 * layout.radius;
-    this.#line = line;
     this.reset();
   }
-  #line = false;
+  #space: About["space"] = "space";
 
-  /** From in front and above; a line more from above its side. */
+  /** From in front and above; what moves in a plane is seen from so high that no body hides the fingers behind it. */
   reset(): void {
     if (!this.#layout) return;
     const { centre, radius } = this.#layout;
     // The scene's ball fits the narrower side.
     const half = Math.atan(Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect));
-    const distance = ((this.#line ? 0.78 : 0.92) * radius) / Math.sin(half);
+    const distance = ((this.#space === "space" ? 0.9 : 0.8) * radius) / Math.sin(half);
+    const [out, up] = this.#space === "plane" ? [0.38, 0.925] : this.#space === "line" ? [0.75, 0.66] : [0.84, 0.54];
     this.controls.target.set(...centre);
-    this.camera.position.set(centre[0], centre[1] - 0.72 * distance, centre[2] + 0.7 * distance);
+    this.camera.position.set(centre[0], centre[1] - out * distance, centre[2] + up * distance);
     this.camera.updateProjectionMatrix();
     this.controls.update();
   }

@@ -72,7 +72,7 @@ class Hand {
   #rail: Rail | null = null;
   #beside: Vector3;
 
-  constructor(private about: About, private layout: Layout, user: number) {
+  constructor(about: About, private layout: Layout, user: number) {
     const radius = layout.fingerRadius;
     this.#beside = new Vector3(...(layout.beside[user] ?? [0, 0, 0]));
     this.fingers = (about.fingers_m[user] ?? []).map(() => ({
@@ -80,7 +80,7 @@ class Hand {
       halo: new Halo(radius),
       proxy: new Proxy(0.45 * radius),
       arrow: new Arrow(0.28 * radius),
-      spring: new Spring(0.35 * radius, 14),
+      spring: new Spring(0.4 * radius, 10),
       aim: new Ring(1.25 * radius),
     }));
     for (const marks of this.fingers) this.group.add(...Object.values(marks).map((mark) => mark.object));

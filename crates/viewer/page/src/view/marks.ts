@@ -1,6 +1,6 @@
 // The small things that a hand is drawn with. Each has an `object` to add, a `show` and a `dispose`.
 import {
-  BackSide, BufferGeometry, Color, ConeGeometry, Curve, CylinderGeometry, Group, Mesh, MeshBasicMaterial,
+  BackSide, BufferGeometry, Color, ConeGeometry, Curve, CylinderGeometry, GreaterDepth, Group, Mesh, MeshBasicMaterial,
   MeshStandardMaterial, Quaternion, SphereGeometry, TorusGeometry, TubeGeometry, Vector3, type Material,
 } from "three";
 import type { Phase } from "../picture.ts";
@@ -24,18 +24,26 @@ function disposeOf(...meshes: Mesh<BufferGeometry, Material>[]): void {
   }
 }
 
-/** A finger. */
+/** A finger; where a body hides it, it shines through. */
 export class Ball {
   readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
   readonly object: Mesh;
+  #hidden: Mesh<BufferGeometry, MeshBasicMaterial>;
   constructor(radius: number) {
     this.mesh = new Mesh(new SphereGeometry(radius, 32, 20), new MeshStandardMaterial({ roughness: 0.35 }));
     this.mesh.castShadow = true;
+    const through = { depthFunc: GreaterDepth, depthWrite: false, transparent: true, opacity: 0.45 };
+    this.#hidden = new Mesh(this.mesh.geometry, new MeshBasicMaterial(through));
+    this.#hidden.renderOrder = 1;
+    this.mesh.add(this.#hidden);
     this.object = this.mesh;
   }
   show(at: Vector3): void { this.mesh.position.copy(at); }
-  colour(colour: Color): void { this.mesh.material.color.copy(colour); }
-  dispose(): void { disposeOf(this.mesh); }
+  colour(colour: Color): void {
+    this.mesh.material.color.copy(colour);
+    this.#hidden.material.color.copy(colour);
+  }
+  dispose(): void { disposeOf(this.mesh, this.#hidden); }
 }
 
 /** What a finger does at a surface, as an outline around it. */
@@ -150,7 +158,7 @@ export class Spring {
   #taut = new Color();
   #share = 0;
   constructor(radius: number, turns: number) {
-    const tube = new TubeGeometry(new Coil(radius, turns), 12 * turns, 0.16 * radius, 6);
+    const tube = new TubeGeometry(new Coil(radius, turns), 12 * turns, 0.28 * radius, 6);
     // Only the axis is stretched; the normals of a unit coil would be far off.
     tube.computeVertexNormals();
     this.object = new Mesh(tube, new MeshStandardMaterial({ roughness: 0.5 }));
@@ -178,7 +186,7 @@ export class Ring {
   readonly object: Mesh<BufferGeometry, MeshBasicMaterial>;
   constructor(radius: number) {
     const material = new MeshBasicMaterial({ depthTest: false, transparent: true, opacity: 0.9 });
-    this.object = new Mesh(new TorusGeometry(radius, 0.1 * radius, 8, 40), material);
+    this.object = new Mesh(new TorusGeometry(radius, 0.06 * radius, 8, 40), material);
     this.object.renderOrder = 4;
   }
   show(at: Vector3 | null): void {

@@ -59,7 +59,8 @@ export class Stage {
     this.#sun.target.position.set(...centre);
     this.#sun.castShadow = true;
     this.#sun.shadow.mapSize.set(1024, 1024);
-    this.#sun.shadow.normalBias = 0.01 * radius;
+    this.#sun.shadow.bias = -0.0005;
+    this.#sun.shadow.normalBias = 0.006 * radius;
     this.#sun.shadow.radius = 3;
     const camera = this.#sun.shadow.camera;
     [camera.left, camera.right, camera.bottom, camera.top] = [-1.8, 1.8, -1.8, 1.8].map((side) => side * radius) as

@@ -57,7 +57,7 @@ export class View {
   /** Draws this picture at the next frame; only the newest counts. */
   show(picture: Picture): void { this.#drawing?.show(picture); }
 
-  /** Whose hand this browser moves; the body that this user feels is the solid one. */
+  /** Whose hand this browser moves; the copy that this user feels is the solid one. */
   setMine(user: HostIndex | null): void {
     if (!this.#drawing) return;
     this.#drawing.mine = user;
@@ -99,6 +99,14 @@ export class View {
       if (far < nearest) [found, nearest] = [{ user, finger }, far];
     }));
     return found;
+  }
+
+  /** The middle of where a user's fingers are drawn; null where they are not. */
+  middleOf(user: HostIndex): Vector | null {
+    const fingers = this.#drawing?.fingers(user) ?? [];
+    const middle = new Vector3();
+    fingers.forEach((at) => middle.addScaledVector(at, 1 / fingers.length));
+    return fingers.length > 0 ? middle.toArray() : null;
   }
 
   /** To where the camera's right, up and forward are in the world. */

@@ -9,7 +9,7 @@ import type { PageMessage, ServerMessage } from "../../src/protocol.ts";
 /** Where the browser is; Debian's place unless CHROMIUM says otherwise. */
 const CHROMIUM = process.env["CHROMIUM"] ?? "/usr/bin/chromium";
 /** The program under test. */
-const COTOUCH = process.env["COTOUCH"] ?? join(process.cwd(), "../../../target/debug/cotouch");
+export const COTOUCH = process.env["COTOUCH"] ?? join(process.cwd(), "../../../target/debug/cotouch");
 
 export function launch(): Promise<Browser> {
   return chromium.launch({

@@ -31,7 +31,7 @@ test("recordings share one time, whichever begins first", () => {
   const spans = spansOf([10, 4], [0, -2]);
   assert.deepEqual(spans, [{ duration_s: 10, begins_s: 2 }, { duration_s: 4, begins_s: 0 }]);
   assert.equal(lengthOf(spans), 12);
-  const [first] = spans as [typeof spans[0] & object];
+  const first = { duration_s: 10, begins_s: 2 };
   assert.deepEqual([0, 2, 5, 99].map((time_s) => within(first, time_s)), [0, 0, 3, 10]);
   assert.deepEqual(spansOf([5], [3]), [{ duration_s: 5, begins_s: 0 }]);
 });
@@ -88,13 +88,11 @@ test("steps go from picture to picture, over the edges of stretches", async () =
   const made = recording(LINE, "a", 0, 12, 10);
   const buffer = new Buffer(made.info, server(made).load);
   await filled(buffer);
-  const last = buffer.placeAt(4.95);
-  assert.ok(last);
-  assert.ok(Math.abs((buffer.timeBeside(last, 1) as number) - 5) < 1e-9);
-  const first = buffer.placeAt(5.01);
-  assert.ok(first);
-  assert.ok(Math.abs((buffer.timeBeside(first, -1) as number) - 4.9) < 1e-9);
-  assert.equal(buffer.timeBeside({ chunk: 0, index: 0 }, -1), null);
+  const beside = (time_s: number, step: 1 | -1) => Number(buffer.timeBeside(time_s, step)?.toFixed(9));
+  assert.deepEqual([4.95, 4.9, 5].map((time_s) => beside(time_s, 1)), [5, 5, 5.1]);
+  assert.deepEqual([5.01, 5, 4.95].map((time_s) => beside(time_s, -1)), [5, 4.9, 4.9]);
+  assert.equal(buffer.timeBeside(0, -1), null);
+  assert.equal(buffer.timeBeside(12, 1), null);
 });
 
 test("trouble is told in words, and a stretch that cannot be read says where", async () => {

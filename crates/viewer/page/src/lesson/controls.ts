@@ -1,0 +1,157 @@
+// The lesson's controls as sliders, number fields and choices.
+import { make, say } from "../dom.ts";
+import type { Control, Settings } from "../protocol.ts";
+import { fromSlider, readable, sliderSteps, tidy, toSlider, withUnit } from "./scale.ts";
+
+type Value = number | string;
+
+/** What the controls tell: while one moves, and when it has been let go. */
+export interface Heard {
+  moved(control: Control, value: Value): void;
+  released(control: Control, value: Value): void;
+}
+
+/** After a move, what the server says about this control waits this long: it may be about an earlier move. */
+const MINE_MS = 1000;
+
+const GROUPS: { name: string; prefixes: string[] }[] = [
+  { name: "Couplings", prefixes: ["coupling."] },
+  { name: "Network", prefixes: ["link.", "rates."] },
+  { name: "Object and wall", prefixes: ["object.", "wall.", "hand."] },
+  { name: "Session", prefixes: [""] },
+];
+
+export class Controls {
+  readonly element = make("div", { class: "controls" });
+  #fields = new Map<string, Field>();
+  #heard: Heard;
+
+  constructor(heard: Heard) {
+    this.#heard = heard;
+  }
+
+  /** Begins anew with other controls. */
+  build(controls: readonly Control[]): void {
+    const focused = this.element.contains(document.activeElement) ? document.activeElement?.id : undefined;
+    this.#fields = new Map(controls.map((control) => [control.key, makeField(control, this.#heard)]));
+    this.element.replaceChildren(...inGroups(controls).map(({ name, members }) =>
+      make("fieldset", {}, make("legend", {}, name),
+        make("div", { class: "fields" }, ...members.map(({ key }) => this.#fields.get(key)!.element)))));
+    if (focused) document.getElementById(focused)?.focus();
+  }
+
+  /** Shows these values, except where a control has just been moved. */
+  show(settings: Settings): void {
+    for (const [key, value] of Object.entries(settings)) {
+      const field = this.#fields.get(key);
+      if (field && performance.now() - field.moved_at > MINE_MS) field.show(value);
+    }
+  }
+
+  /** Shows this value whatever was moved. */
+  put(key: string, value: Value): void {
+    const field = this.#fields.get(key);
+    if (!field) return;
+    field.moved_at = performance.now();
+    field.show(value);
+  }
+
+  /** Lets go of what was moved. */
+  release(): void {
+    for (const field of this.#fields.values()) field.moved_at = -Infinity;
+  }
+}
+
+interface Field {
+  element: HTMLElement;
+  moved_at: number;
+  show(value: Value): void;
+}
+
+function inGroups(controls: readonly Control[]): { name: string; members: Control[] }[] {
+  const groupOf = (control: Control) =>
+    GROUPS.find(({ prefixes }) => prefixes.some((prefix) => control.key.startsWith(prefix)));
+  return GROUPS
+    .map((group) => ({ name: group.name, members: controls.filter((control) => groupOf(control) === group) }))
+    .filter(({ members }) => members.length > 0);
+}
+
+function makeField(control: Control, heard: Heard): Field {
+  return control.kind === "choice" ? makeChoice(control, heard) : makeNumber(control, heard);
+}
+
+const idOf = (control: Control) => `control-${control.key.replace(/[^a-z0-9]/gi, "-")}`;
+
+function makeChoice(control: Control, heard: Heard): Field {
+  const id = idOf(control);
+  const select = make("select", { id, "aria-describedby": `${id}-help` });
+  select.append(...control.choices.map((choice) => make("option", { value: choice }, choice)));
+  const field: Field = {
+    element: frame(control, id, select),
+    moved_at: -Infinity,
+    show: (value) => { select.value = String(value); },
+  };
+  select.addEventListener("change", () => {
+    field.moved_at = performance.now();
+    heard.moved(control, select.value);
+    heard.released(control, select.value);
+  });
+  return field;
+}
+
+function makeNumber(control: Control, heard: Heard): Field {
+  const id = idOf(control);
+  const number = make("input", {
+    id: `${id}-number`, type: "number", min: control.low, max: control.high, inputmode: "decimal",
+    step: control.kind === "whole" ? 1 : "any", "aria-label": [control.label, control.unit].filter(Boolean).join(", "),
+  });
+  const slider = make("input", { id, type: "range", min: 0, max: sliderSteps(control), step: 1, "aria-describedby": `${id}-help` });
+  const show = (value: Value) => {
+    slider.value = String(toSlider(control, Number(value)));
+    slider.setAttribute("aria-valuetext", withUnit(Number(value), control.unit));
+    if (document.activeElement !== number) number.value = readable(Number(value));
+  };
+  const unit = make("span", { class: "unit muted small", "aria-hidden": "true" }, control.unit);
+  const field: Field = { element: frame(control, id, slider, make("span", { class: "number" }, number, unit)), moved_at: -Infinity, show };
+  const moved = (value: number) => {
+    field.moved_at = performance.now();
+    show(value);
+    heard.moved(control, value);
+  };
+  slider.addEventListener("input", () => moved(fromSlider(control, Number(slider.value))));
+  slider.addEventListener("change", () => heard.released(control, fromSlider(control, Number(slider.value))));
+  number.addEventListener("change", () => {
+    if (!Number.isFinite(number.valueAsNumber)) {
+      number.value = readable(fromSlider(control, Number(slider.value)));
+      return;
+    }
+    const value = control.kind === "whole" ? tidy(control, number.valueAsNumber)
+      : Math.min(Math.max(number.valueAsNumber, control.low), control.high);
+    number.value = readable(value);
+    moved(value);
+    heard.released(control, value);
+  });
+  return field;
+}
+
+function frame(control: Control, id: string, ...inputs: HTMLElement[]): HTMLElement {
+  const [main, number] = inputs;
+  const restarts = control.restarts ? " Begins the session anew." : "";
+  const help = make("span", { id: `${id}-help`, class: "unseen" }, control.help + restarts);
+  const label = make("label", { for: id }, control.label);
+  if (control.restarts) label.append(make("span", { class: "restarts", "aria-hidden": "true" }, " ↻"));
+  const element = make("div", { class: "field", title: control.help + restarts, "data-key": control.key },
+    make("div", { class: "field-head" }, label, number ?? null), main!, help);
+  return element;
+}
+
+/** A line for the help of whatever control is looked at. */
+export function followHelp(controls: HTMLElement, line: HTMLElement, otherwise: string): void {
+  const look = (event: Event) => {
+    const field = (event.target as Element).closest?.(".field");
+    say(line, field?.querySelector(".unseen")?.textContent || otherwise);
+  };
+  say(line, otherwise);
+  controls.addEventListener("pointerover", look);
+  controls.addEventListener("focusin", look);
+}

@@ -1,0 +1,94 @@
+// What the lesson says: verdict, growth, margins, and whether the running session agrees.
+import type { Picture } from "../picture.ts";
+import type { Control, MarginMessage, VerdictMessage } from "../protocol.ts";
+import { readable } from "./scale.ts";
+
+/** What the running session does, as far as can be told. */
+export type Observed = "unknown" | "settled" | "shaking" | "lost" | "over";
+
+export function observed(picture: Picture | null): Observed {
+  if (!picture) return "unknown";
+  if (picture.ended) return "over";
+  if (picture.hosts.some((host) => host.diverged)) return "lost";
+  if (picture.stable_lately === null) return "unknown";
+  return picture.stable_lately ? "settled" : "shaking";
+}
+
+export const OBSERVED: Record<Observed, string> = {
+  unknown: "Too early to say",
+  settled: "Stable",
+  shaking: "Shaking",
+  lost: "Left all bounds",
+  over: "Over",
+};
+
+/** Whether prediction and session agree. `same` is whether the prediction is for the settings that run. */
+export function agreement(predicted: boolean | null, seen: Observed, same: boolean): string {
+  if (predicted === null) return "Waiting for the prediction.";
+  const word = predicted ? "stable" : "unstable";
+  if (!same) return `What if: predicted ${word}. The session runs with other settings.`;
+  if (seen === "over") return `Predicted ${word}; the session is over.`;
+  if (seen === "unknown") return `Predicted ${word}; the session has only begun.`;
+  if (predicted) return seen === "settled" ? "Predicted stable – and it is." : "Predicted stable – still settling.";
+  if (seen === "lost") return "Predicted unstable – and it left all bounds.";
+  return seen === "shaking" ? "Predicted unstable – and it shakes." : "Predicted unstable – it has not shaken yet.";
+}
+
+/** How fast an oscillation at the radius grows or fades. */
+export function growth(verdict: Pick<VerdictMessage, "spectral_radius" | "period_s">): string {
+  const rate = Math.log(verdict.spectral_radius);
+  if (!Number.isFinite(rate)) return "What is stirred is gone after one pattern of ticks.";
+  const seconds = (verdict.period_s * Math.LN2) / Math.abs(rate);
+  if (!(seconds < 1000)) return "What is stirred neither fades nor grows.";
+  return rate > 0 ? `Any disturbance doubles every ${duration(seconds)}.` : `Any disturbance halves every ${duration(seconds)}.`;
+}
+
+function duration(seconds: number): string {
+  return seconds < 1 ? `${readable(seconds * 1000)} ms` : `${readable(seconds)} s`;
+}
+
+/** How far each thing may go, one sentence each. */
+export function margins(margin: MarginMessage, controls: readonly Control[]): string[] {
+  const words: string[] = [];
+  if (margin.delay_periods !== null) {
+    words.push(`Delay: unstable from ${readable(margin.delay_periods)} network periods on.`);
+  }
+  if (margin.loss_rate !== null) {
+    words.push(margin.loss_rate >= 1
+      ? "Loss: any share of packets may be lost, short of all."
+      : `Loss: unstable when ${readable(100 * margin.loss_rate)} % of the packets are lost.`);
+  }
+  for (const gain of margin.gains) {
+    const limits = [
+      gain.factor === null ? null : `above ${readable(gain.value * gain.factor)} (× ${readable(gain.factor)})`,
+      gain.lower_factor === null ? null : `below ${readable(gain.value * gain.lower_factor)} (× ${readable(gain.lower_factor)})`,
+    ].filter((limit) => limit !== null);
+    if (limits.length > 0) words.push(`${label(gain.key, controls)}: unstable ${limits.join(" and ")}.`);
+  }
+  return words;
+}
+
+export function label(key: string, controls: readonly Control[]): string {
+  return controls.find((control) => control.key === key)?.label ?? key;
+}
+
+const CAUSES: [number, string][] = [
+  [1, "largest force"], [2, "largest torque"], [4, "fastest change of force"],
+];
+/** Soft start and release: limits that act meanwhile do not count. */
+const FADING = 8 | 16;
+const RELEASES: [number, string][] = [[32, "stopped"], [64, "link lost"], [128, "watchdog"], [256, "fault"]];
+
+/** Which limits of the governors act, in words; "" when none does. */
+export function limits(picture: Picture): string {
+  let bits = 0;
+  for (const host of picture.hosts) {
+    for (const finger of host.fingers) {
+      const acted = finger.governor_acted;
+      bits |= acted & FADING ? acted & ~7 : acted;
+    }
+  }
+  const acting = [...CAUSES, ...RELEASES].filter(([bit]) => bits & bit).map(([, words]) => words);
+  if (acting.length > 0) return `The governor acts: ${acting.join(", ")}.`;
+  return bits & FADING ? "Forces fade in or out." : "";
+}

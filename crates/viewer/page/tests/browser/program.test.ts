@@ -1,0 +1,249 @@
+// The real program with its page in a real browser. What is asked of real time is only what a busy machine can promise.
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import { mkdtemp, rm } from "node:fs/promises";
+import { connect } from "node:net";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { promisify } from "node:util";
+import type { Browser, Page } from "playwright-core";
+import { decodePicture, type Picture } from "../../src/picture.ts";
+import type { ServerMessage } from "../../src/protocol.ts";
+import { COTOUCH, launch, startProgram, type Program } from "./harness.ts";
+
+const STIFFNESS = "coupling.remote_hand_object.stiffness_n_per_m";
+/** The control's name on the page. */
+const STIFFNESS_LABEL = /^distant hand to object: stiffness/i;
+const PATIENCE_MS = 60_000;
+
+let browser: Browser;
+before(async () => { browser = await launch(); });
+after(async () => { await browser.close(); });
+
+/** A page of the program, and everything that it was told. */
+interface Watching {
+  page: Page;
+  pictures: Picture[];
+  messages: ServerMessage[];
+  requests: string[];
+  errors: string[];
+}
+
+async function watch(program: Program, size = { width: 800, height: 600 }): Promise<Watching> {
+  // Everybody comes with a browser of their own.
+  const page = await (await browser.newContext({ viewport: size })).newPage();
+  page.setDefaultTimeout(PATIENCE_MS);
+  const watching: Watching = { page, pictures: [], messages: [], requests: [], errors: [] };
+  page.on("websocket", (socket) => socket.on("framereceived", ({ payload }) => {
+    if (typeof payload === "string") watching.messages.push(JSON.parse(payload) as ServerMessage);
+    else watching.pictures.push(decodePicture(Uint8Array.from(payload).buffer));
+  }));
+  page.on("request", (request) => watching.requests.push(request.url()));
+  page.on("pageerror", (error) => watching.errors.push(error.message));
+  await page.goto(program.url);
+  await page.locator("canvas[data-drawn]").first().waitFor();
+  return watching;
+}
+
+/** Waits until `holds`; says what was waited for when it does not come. */
+async function until(what: string, holds: () => boolean | Promise<boolean>): Promise<void> {
+  const end = Date.now() + PATIENCE_MS;
+  while (!(await holds())) {
+    assert.ok(Date.now() < end, `waited in vain: ${what}`);
+    await new Promise((resolve) => setTimeout(resolve, 50));
+  }
+}
+
+const latest = ({ pictures }: Watching): Picture => pictures.at(-1) ?? assert.fail("no picture yet");
+/** Where each host's copy of the object is along x, m. */
+const boxes = (watching: Watching): number[] => latest(watching).hosts.map((host) => host.bodies[0]?.position_m[0] ?? NaN);
+
+async function withProgram(args: string[], body: (program: Program) => Promise<void>): Promise<void> {
+  const program = await startProgram(...args);
+  try {
+    await body(program);
+  } finally {
+    await program.stop();
+    for (const context of browser.contexts()) await context.close();
+  }
+}
+
+async function openLesson({ page }: Watching): Promise<void> {
+  await page.getByRole("tab", { name: "Lesson" }).click();
+}
+
+async function setNumber({ page }: Watching, label: RegExp, value: number): Promise<void> {
+  const field = page.getByRole("spinbutton", { name: label });
+  await field.fill(String(value));
+  await field.press("Enter");
+}
+
+test("the page draws the scene, and asks nobody else for anything", async () => {
+  await withProgram(["run", "grasp", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    // What is drawn is read from the screen: many colours where the scene is, not one.
+    const shot = await watching.page.locator("canvas[data-drawn]").first().screenshot({ timeout: PATIENCE_MS });
+    const colours = await watching.page.evaluate(async (base64) => {
+      const image = new Image();
+      image.src = `data:image/png;base64,${base64}`;
+      await image.decode();
+      const canvas = new OffscreenCanvas(image.width, image.height);
+      const context = canvas.getContext("2d")!;
+      context.drawImage(image, 0, 0);
+      const { data } = context.getImageData(0, 0, image.width, image.height);
+      const seen = new Set<number>();
+      for (let at = 0; at < data.length; at += 4) seen.add((data[at]! >> 4 << 8) | (data[at + 1]! >> 4 << 4) | data[at + 2]! >> 4);
+      return seen.size;
+    }, shot.toString("base64"));
+    assert.ok(colours > 40, `${colours} colours`);
+    await until("pictures go on", () => watching.pictures.length > 20);
+    assert.equal(latest(watching).hosts.length, 2);
+    assert.ok(watching.requests.every((url) => url.startsWith(program.url)), watching.requests.join("\n"));
+    assert.deepEqual(watching.errors, []);
+  });
+});
+
+test("a drag moves the object at every host, two browsers see each other, and leaving lets go", async () => {
+  await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
+    const [anna, ben] = [await watch(program), await watch(program)];
+    await anna.page.getByRole("button", { name: "Take anna's hand" }).click();
+    await anna.page.getByRole("button", { name: "Leave anna's hand" }).waitFor();
+    await ben.page.getByRole("button", { name: "Take ben's hand" }).click();
+    await ben.page.getByRole("button", { name: "Leave ben's hand" }).waitFor();
+    // Each sees that the other's hand is somebody else's.
+    await anna.page.getByText("moved by another browser").waitFor();
+    await ben.page.getByText("moved by another browser").waitFor();
+    // Ben lets go, so that nothing but anna's pointer is left that pulls one way.
+    const from = Math.max(...boxes(anna));
+    const box = (await anna.page.locator("canvas[data-drawn]").first().boundingBox()) ?? assert.fail("no canvas");
+    const [x, y] = [box.x + 0.4 * box.width, box.y + 0.5 * box.height];
+    await anna.page.mouse.move(x, y);
+    await anna.page.mouse.down();
+    await anna.page.mouse.move(x + 0.25 * box.width, y, { steps: 20 });
+    await until("both copies have moved with the pointer", () => boxes(anna).every((at) => at > from + 0.005));
+    assert.ok(latest(ben).hosts[0]?.fingers[0]?.target_m, "ben sees where anna's pointer draws her finger");
+    await anna.page.mouse.up();
+    await ben.page.close();
+    await until("ben's hand is the program's again", async () => (await anna.page.getByRole("button", { name: "Take ben's hand" }).count()) === 1);
+    await anna.page.getByRole("button", { name: "Leave anna's hand" }).click();
+    await anna.page.getByRole("button", { name: "Take anna's hand" }).waitFor();
+    assert.ok(latest(anna).hosts.every((host) => !host.diverged));
+    assert.deepEqual([...anna.errors, ...ben.errors], []);
+  });
+});
+
+test("the gauge turns where the analysis says, the session agrees, and settles again", async () => {
+  const analyze = async (stiffness: number): Promise<{ stable: boolean; spectral_radius: number }> => {
+    const { stdout } = await promisify(execFile)(COTOUCH, ["analyze", "stability", "single-axis", "--set", `${STIFFNESS}=${stiffness}`, "--json"]);
+    return JSON.parse(stdout);
+  };
+  await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    await openLesson(watching);
+    const gauge = watching.page.locator(".gauge");
+    const shows = (verdict: string) => until(`the gauge says ${verdict}`, async () => (await gauge.getAttribute("data-verdict")) === verdict);
+    await shows("stable");
+    const before = latest(watching).generation;
+    // Just below and just above the line that the program's own map draws.
+    const { stdout } = await promisify(execFile)(COTOUCH, ["analyze", "stability", "single-axis", "--sweep", `${STIFFNESS}=100..8000:50:log`, "--json"]);
+    const line = (JSON.parse(stdout) as { boundary: number[][][] }).boundary.flat().map(([x]) => x ?? NaN).filter((x) => x > 400)[0] ?? assert.fail("no boundary");
+    for (const [stiffness, verdict] of [[0.999 * line, "stable"], [1.001 * line, "unstable"]] as const) {
+      await setNumber(watching, STIFFNESS_LABEL, stiffness);
+      await shows(verdict);
+      const { stable, spectral_radius } = await analyze(stiffness);
+      assert.equal(stable, verdict === "stable");
+      const said = watching.messages.filter((message) => message.type === "verdict").at(-1);
+      assert.ok(said?.type === "verdict" && Math.abs(said.spectral_radius - spectral_radius) < 1e-9, JSON.stringify(said));
+    }
+    // Well past it, the running session shakes; back below, it settles: the same session all the time.
+    await setNumber(watching, STIFFNESS_LABEL, 1.5 * line);
+    await until("the session shakes", () => latest(watching).stable_lately === false);
+    await setNumber(watching, STIFFNESS_LABEL, 400);
+    await shows("stable");
+    await until("the session settles", () => latest(watching).stable_lately === true);
+    const { generation } = latest(watching);
+    assert.ok(generation >= before, `session ${before} became ${generation}`);
+    await watching.page.getByText("here").first().waitFor({ state: "attached" });
+    assert.deepEqual(watching.errors, []);
+  });
+});
+
+test("a setting that needs it begins a session of its own, and what cannot be is said in words", async () => {
+  await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    await openLesson(watching);
+    await watching.page.getByRole("combobox", { name: /^architecture/i }).selectOption("centralized");
+    await until("another session has begun", () => latest(watching).generation >= 2);
+    const about = () => watching.messages.filter((message) => message.type === "session").at(-1);
+    await until("it is centralized", () => { const told = about(); return told?.type === "session" && told.about.architecture === "centralized"; });
+    await setNumber(watching, /^users/i, 3);
+    await until("it has three users", () => latest(watching).hosts.length === 3);
+    assert.deepEqual(watching.errors, []);
+  });
+});
+
+test("a browser that does not listen holds up nobody, and nonsense is refused while the session goes on", async () => {
+  await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    const lateness = async (): Promise<number> => {
+      const from = watching.pictures.length;
+      await until("a hundred pictures", () => watching.pictures.length > from + 100);
+      const late = watching.pictures.slice(from).map(({ hosts }) => hosts[0]?.lateness_us ?? NaN).sort((a, b) => a - b);
+      return late[Math.floor(late.length / 2)] ?? NaN;
+    };
+    const alone = await lateness();
+    // One that asks for everything and reads nothing.
+    const { hostname, port } = new URL(program.url);
+    const deaf = connect(Number(port), hostname);
+    deaf.pause();
+    deaf.on("error", () => {});
+    deaf.write(`GET /live HTTP/1.1\r\nHost: ${hostname}:${port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n`);
+    const beside = await lateness();
+    assert.ok(beside < 20 * alone + 2000, `late by ${alone.toFixed(0)} µs alone and ${beside.toFixed(0)} µs beside it, in the median`);
+    deaf.destroy();
+    // Nonsense, from a page of the same origin.
+    const answers = await watching.page.evaluate(async () => {
+      const socket = new WebSocket(`ws://${location.host}/live`);
+      const heard: string[] = [];
+      await new Promise((resolve) => { socket.onopen = resolve; });
+      socket.onmessage = ({ data }) => { if (typeof data === "string" && data.includes("refused")) heard.push(data); };
+      const closed = new Promise<string>((resolve) => { socket.onclose = ({ reason }) => resolve(reason); });
+      for (const text of ["", "{", "[]", '{"type":"take","user":99}', '{"type":"point","targets_m":[[1,2]]}', '{"type":"set","settings":{"object.mesh":"x"}}']) socket.send(text);
+      socket.send(new Uint8Array(8));
+      await new Promise((resolve) => setTimeout(resolve, 1500));
+      socket.send("x".repeat(5000));
+      return { heard, reason: await closed };
+    });
+    assert.ok(answers.heard.length >= 6, JSON.stringify(answers));
+    assert.match(answers.reason, /too long/);
+    const then = latest(watching).time_s;
+    await until("the session goes on", () => latest(watching).time_s > then + 1);
+  });
+});
+
+test("a recording replays, alone and beside another", async () => {
+  const folder = await mkdtemp(join(tmpdir(), "cotouch-replay-"));
+  try {
+    const [one, two] = [join(folder, "one.mcap"), join(folder, "two.mcap")];
+    for (const [file, scene] of [[one, "grasp"], [two, "single-axis"]] as const) {
+      await promisify(execFile)(COTOUCH, ["run", scene, "--virtual", "--duration", "4", "--record", file]);
+    }
+    for (const files of [[one], [one, two]]) {
+      await withProgram(["replay", ...files], async (program) => {
+        const watching = await watch(program);
+        const drawn = () => watching.page.locator("canvas[data-drawn]").count();
+        await until("every recording is drawn", async () => (await drawn()) === files.length);
+        const place = async () => Number(await watching.page.getByRole("slider", { name: /time/i }).first().inputValue());
+        const play = watching.page.getByRole("button", { name: /^play/i });
+        if (await play.count()) await play.first().click();
+        const from = await place();
+        await until("the time line moves", async () => (await place()) > from);
+        assert.deepEqual(watching.errors, []);
+        assert.ok(watching.requests.every((url) => url.startsWith(program.url)));
+      });
+    }
+  } finally {
+    await rm(folder, { recursive: true, force: true });
+  }
+});
