@@ -27,7 +27,7 @@ fn main() -> Result<(), Box<dyn Error>> {
                 println!("cargo:warning=no page: {line}");
             }
             println!(
-                "cargo:warning=install Node.js 20 or later, then touch crates/viewer/build.rs and build again"
+                "cargo:warning=the page needs Node.js 20 or later and, once, the npm registry; then touch crates/viewer/build.rs and build again"
             );
             format!("Err({why:?})")
         }

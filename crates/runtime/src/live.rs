@@ -226,12 +226,12 @@ impl LiveSession {
         self.guests.let_in(free_place)
     }
 
-    /// News in words since the last call.
+    /// News in words since the last call. That the hosts of one process find each other is none.
     #[must_use]
     pub fn take_news(&self) -> Vec<String> {
         let mut present = self.shared.present();
         let mut news = std::mem::take(&mut present.news);
-        if let Some(handle) = &present.handle {
+        if let (Some(handle), false) = (&present.handle, self.may_change()) {
             news.extend(handle.take_news());
         }
         news

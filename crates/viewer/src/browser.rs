@@ -173,7 +173,8 @@ impl Listen {
             PageMessage::Again {} => self.change(Wanted::Again),
             PageMessage::Predict { id, settings, margin, map } => {
                 let (browser, asker) = (self.visit.number, self.outbox.clone());
-                self.visit.predictions.put(Ask { browser, id, settings, margin, map, asker });
+                let told = Vec::new();
+                self.visit.predictions.put(Ask { browser, id, settings, margin, map, asker, told });
             }
         }
     }

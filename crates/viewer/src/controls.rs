@@ -23,6 +23,14 @@ pub(crate) struct Control {
     restarts: bool,
 }
 
+impl Control {
+    /// Whether a slider can stand there. The end of one that runs over a logarithm is only nearly what it is.
+    fn reaches(&self, number: f64) -> bool {
+        let slack = 1e-9 * self.low.abs().max(self.high.abs());
+        (self.low - slack..=self.high + slack).contains(&number)
+    }
+}
+
 /// Key, label, unit, help.
 type Words = (&'static str, &'static str, &'static str, &'static str);
 
@@ -120,11 +128,7 @@ pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), Str
             Setting::Choice(_) if !control.choices.is_empty() => {
                 Err(format!("{key} must be one of {}", control.choices.join(", ")))
             }
-            Setting::Number(number)
-                if control.choices.is_empty() && (control.low..=control.high).contains(number) =>
-            {
-                Ok(())
-            }
+            Setting::Number(number) if control.choices.is_empty() && control.reaches(*number) => Ok(()),
             Setting::Number(number) if !control.choices.is_empty() => {
                 Err(format!("{key} is {number}; it must be one of {}", control.choices.join(", ")))
             }

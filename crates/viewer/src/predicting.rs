@@ -1,8 +1,10 @@
-//! One thread that asks the predictor for all browsers: of every browser the newest question only.
+//! One thread that asks the predictor for all browsers: of every browser the newest question only. Where one answer takes
+//! long, its rest waits until everybody has the first part of theirs.
 
 use std::collections::VecDeque;
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 
@@ -26,6 +28,8 @@ pub(crate) struct Ask {
     pub(crate) margin: bool,
     pub(crate) map: Option<MapAxes>,
     pub(crate) asker: mpsc::Sender<ServerMessage>,
+    /// Which parts of the answer it has had: see [`part`].
+    pub(crate) told: Vec<&'static str>,
 }
 
 /// The thread. Dropping it gives up what it works on.
@@ -54,7 +58,9 @@ impl Predicting {
             // Where the system does not allow that, it is only less polite. Threads that this one starts follow it.
             let _ = rustix::process::nice(NICENESS);
             while let Some(ask) = asked.next() {
-                answer(&ask, &asked, &room, predictor.as_ref());
+                if let Some(rest) = answer(ask, &asked, &room, predictor.as_ref()) {
+                    asked.put_back(rest);
+                }
             }
         })?;
         Ok(Self { queue, thread: Some(thread) })
@@ -97,31 +103,71 @@ impl Queue {
         None
     }
 
-    /// Whether `ask` is the newest question of a browser that still listens.
-    fn wants(&self, ask: &Ask) -> bool {
+    /// Puts a question in again whose answer had to wait for others', unless its browser has a newer one.
+    fn put_back(&self, ask: Ask) {
+        let mut waiting = lock(&self.waiting);
+        if !waiting.asks.iter().any(|other| other.browser == ask.browser) {
+            waiting.asks.push_back(ask);
+        }
+    }
+
+    /// Whether this is the newest question of a browser that still listens.
+    fn wants(&self, browser: u64, asker: &mpsc::Sender<ServerMessage>) -> bool {
         let waiting = lock(&self.waiting);
-        let is_newest = !waiting.asks.iter().any(|other| other.browser == ask.browser);
-        is_newest && !waiting.over && !ask.asker.is_closed()
+        let is_newest = !waiting.asks.iter().any(|other| other.browser == browser);
+        is_newest && !waiting.over && !asker.is_closed()
+    }
+
+    /// Whether a browser waits that has had nothing of its answer yet.
+    fn has_new(&self) -> bool {
+        lock(&self.waiting).asks.iter().any(|ask| ask.told.is_empty())
     }
 }
 
-fn answer(ask: &Ask, queue: &Queue, room: &Room, predictor: &dyn Predictor) {
+/// Answers; gives back the question when others' first answers are more urgent than the rest of this one.
+fn answer(mut ask: Ask, queue: &Queue, room: &Room, predictor: &dyn Predictor) -> Option<Ask> {
     // A browser that takes no messages does not want this one either.
     let tell = |message| drop(ask.asker.try_send(message));
-    let (question, note) = match question(ask, room) {
+    let (question, note) = match question(&ask, room) {
         Ok(question) => question,
-        Err(why) => return tell(ServerMessage::Refused { what: "predict", why }),
+        Err(why) => {
+            tell(ServerMessage::Refused { what: "predict", why });
+            return None;
+        }
     };
-    let wanted = || queue.wants(ask);
-    let mut tell_part = |part: Answer| {
-        if wanted() {
-            tell(message(ask.id, part, note.as_deref()));
+    let had_verdict = AtomicBool::new(!ask.told.is_empty());
+    let gives_way = AtomicBool::new(false);
+    let wanted = || {
+        if had_verdict.load(Ordering::Relaxed) && queue.has_new() {
+            gives_way.store(true, Ordering::Relaxed);
+        }
+        !gives_way.load(Ordering::Relaxed) && queue.wants(ask.browser, &ask.asker)
+    };
+    let told = &mut ask.told;
+    let mut tell_part = |answer: Answer| {
+        let part = part(&answer);
+        if !told.contains(&part) && wanted() {
+            told.push(part);
+            tell(message(ask.id, answer, note.as_deref()));
+            had_verdict.store(true, Ordering::Relaxed);
         }
     };
     let ask_it = AssertUnwindSafe(|| predictor.predict(&question, &wanted, &mut tell_part));
     if catch_unwind(ask_it).is_err() {
         let why = "the analysis failed; what it said is on the program's standard error".to_owned();
         tell(ServerMessage::Failed { id: ask.id, what: "verdict", why });
+        return None;
+    }
+    gives_way.into_inner().then_some(ask)
+}
+
+/// Which part of the answer that is.
+fn part(answer: &Answer) -> &'static str {
+    match answer {
+        Answer::Verdict(_) => "verdict",
+        Answer::Margin(_) => "margin",
+        Answer::Map(_) => "map",
+        Answer::Failed(what, _) => what,
     }
 }
 
@@ -136,7 +182,8 @@ fn question(ask: &Ask, room: &Room) -> Result<(Question, Option<String>), String
         lesson::check_map(axes, &controls)?;
     }
     let (scene, note) = live.as_it_would_run(&wanted.scene);
-    Ok((Question { scene, margin: ask.margin, map: ask.map.clone() }, note))
+    let map = ask.map.clone().filter(|_| !ask.told.contains(&"map"));
+    Ok((Question { scene, margin: ask.margin, map }, note))
 }
 
 fn message(id: u32, answer: Answer, note: Option<&str>) -> ServerMessage {

@@ -31,7 +31,7 @@ const MOST_NEWS: usize = 32;
 
 /// What browsers look at.
 pub(crate) enum Subject {
-    Live(Arc<LiveSession>, Lesson),
+    Live(Arc<LiveSession>, Box<Lesson>),
     Replay(Vec<Replay>),
 }
 
@@ -136,6 +136,9 @@ impl Room {
     /// Tells browsers what has changed since the last look.
     pub(crate) fn look(&self) {
         let Subject::Live(live, lesson) = &self.subject else { return };
+        if live.may_change() {
+            live.take_news().iter().for_each(|news| self.tell(news));
+        }
         self.stage.send_if_modified(|stage| {
             let next = live_stage(live, lesson, Some(stage));
             let changed = !Arc::ptr_eq(&next.session, &stage.session)

@@ -111,7 +111,8 @@ impl Viewer {
         MOST_BROWSERS - self.places.available_permits()
     }
 
-    /// Shows a sentence on all pages.
+    /// Shows a sentence on all pages. What is new of a session that can be changed is shown without; of any other, whoever
+    /// takes its news passes it on.
     pub fn tell(&self, news: &str) {
         self.room.tell(news);
     }
@@ -134,7 +135,7 @@ impl Drop for Viewer {
 fn subject(show: Show) -> Result<Subject, ReplayError> {
     match show {
         Show::Live(live, base) => {
-            let lesson = Lesson::new(&live, base);
+            let lesson = Box::new(Lesson::new(&live, base));
             Ok(Subject::Live(live, lesson))
         }
         Show::Replay(paths) => {

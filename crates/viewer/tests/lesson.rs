@@ -200,6 +200,21 @@ async fn a_newer_question_ends_an_older_one_and_a_mistake_ends_nothing() {
 }
 
 #[tokio::test]
+async fn a_long_answer_waits_for_the_first_answers_of_others_and_still_comes() {
+    let stage = with_fake("single-axis");
+    let (mut one, mut two) = (Page::open(&stage).await, Page::open(&stage).await);
+    let predict = |id: u32, margin: bool| json!({ "type": "predict", "id": id, "settings": { "link.delay_periods": 6 }, "margin": margin, "map": null });
+    one.say(predict(1, true)).await;
+    assert_eq!(one.wait_for("verdict").await["id"], 1);
+    for id in 1..=3 {
+        two.say(predict(id, false)).await;
+        assert_eq!(two.wait_for("verdict").await["id"], id);
+    }
+    let next = one.wait_until(|message| message["id"] == 1).await;
+    assert_eq!((&next["type"], &next["what"]), (&json!("failed"), &json!("margin")), "no part comes twice");
+}
+
+#[tokio::test]
 async fn recordings_are_shown_by_session_time() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("carried.mcap");
