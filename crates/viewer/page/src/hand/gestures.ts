@@ -86,28 +86,19 @@ export function leashed(hold: Hold, fingers_m: Vector[], reach_m: number): Hold 
 }
 
 /**
- * Where the pointer is in the part of space in which a hand at `centre` moves: on the line, in the plane, or in the
- * plane through the hand that faces the camera. Null where the pointer looks past it.
+ * Where the pointer is in a plane through a hand at `centre`: the one in which it moves, or the one that faces the
+ * camera, for a line as far as a plane with the line in it can. Null where the pointer looks past it.
  */
 export function grasped(ray: Ray, centre: Vector, forward: Vector, space: About["space"]): Vector | null {
   const through = new Vector3(...centre);
-  if (space === "line") return nearestOnLine(ray, through);
   const normal = space === "plane" ? new Vector3(0, 0, 1) : new Vector3(...forward);
+  if (space === "line") normal.setX(0);
+  if (normal.length() < 0.1) return null;
+  normal.normalize();
   const slope = ray.direction.dot(normal);
   if (Math.abs(slope) < 0.05) return null;
   const far = through.sub(ray.origin).dot(normal) / slope;
   return far > 0 ? ray.at(far, new Vector3()).toArray() : null;
-}
-
-/** The point of the line along x through `through` that is nearest to the ray. */
-function nearestOnLine(ray: Ray, through: Vector3): Vector | null {
-  const along = ray.direction.x;
-  const square = 1 - along * along;
-  // The pointer looks along the line.
-  if (square < 0.01) return null;
-  const off = ray.origin.clone().sub(through);
-  const x = (along * off.dot(ray.direction) - off.x) / -square;
-  return [through.x + x, through.y, through.z];
 }
 
 /** Where an arrow key moves a hand: along the camera's right and up, in the directions that the space has. */

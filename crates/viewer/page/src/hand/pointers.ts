@@ -51,6 +51,7 @@ export function listenToPointers(hand: HandOfThisPage): void {
   /** With another number of pointers, dragging begins anew from where they are. */
   const again = () => {
     for (const grab of grabs.values()) [grab.through, grab.last] = [null, null];
+    for (const grab of grabs.values()) drag(hand, grab);
     view.setDragging(grabs.size > 0);
     view.canvas.style.cursor = grabs.size > 0 ? "grabbing" : "";
   };

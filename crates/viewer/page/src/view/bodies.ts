@@ -121,7 +121,7 @@ class Solid {
 
   colour(colours: Colours): void {
     const share = this.#fixed ? 0.75 : 0.5;
-    const plain = colours.dark ? new Color("#8fa3bd") : new Color("#e9dcc3");
+    const plain = colours.dark ? new Color("#b3a58f") : new Color("#e9dcc3");
     this.mesh.material.color.copy(plain).lerp(colours.muted, share - 0.5);
   }
 

@@ -9,8 +9,10 @@ import type { Layout } from "./layout.ts";
 /** Copies apart: what is shown, by what is said. */
 const APART: [string, number][] = [["hidden", 0], ["as they are", 1], ["10 × as far apart", 10], ["50 × as far apart", 50]];
 
-export function createTools(drawing: Drawing): HTMLElement {
-  const tools = make("div", "view-tools");
+export function createTools(drawing: Drawing): HTMLDetailsElement {
+  const element = make("details", "view-tools");
+  const tools = make("div");
+  element.append(make("summary", "", "View"), tools);
   const choose = (change: Partial<Choices>) => {
     drawing.choices = { ...drawing.choices, ...change };
     drawing.ask();
@@ -27,7 +29,7 @@ export function createTools(drawing: Drawing): HTMLElement {
     makeCheckbox("Follow", true, (follow) => { drawing.eye.follow = follow; drawing.ask(); }),
     makeButton("Reset view", () => { drawing.eye.reset(); drawing.ask(); }),
   );
-  return tools;
+  return element;
 }
 
 /** What colours and lengths mean; filled anew with every scene and theme. */

@@ -146,8 +146,11 @@ export class View {
     const drawing = new Drawing(this.canvas, context);
     drawing.onDrawn = () => this.#afterFrame(drawing);
     drawing.onPace = () => this.onRate(drawing.pace.hz);
-    this.element.append(createTools(drawing), this.#legend.element);
-    this.#legend.element.open = this.element.clientWidth > 700;
+    const tools = createTools(drawing);
+    this.element.append(tools, this.#legend.element);
+    // Where there is little room, the scene comes first.
+    tools.open = this.element.clientWidth > 600;
+    this.#legend.element.open = this.element.clientWidth > 1000;
     this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics card was taken away; waiting for it."));
     this.canvas.addEventListener("webglcontextrestored", () => { this.#apologise(""); drawing.ask(); });
     return drawing;

@@ -81,6 +81,7 @@ test("a pointer that looks past the plane or along the line moves nothing", () =
   assert.equal(grasped(new Ray(new Vector3(0, 0, 1), new Vector3(1, 0, 0)), [0, 0, 0], [1, 0, 0], "plane"), null);
   assert.equal(grasped(new Ray(new Vector3(0, 0, 1), new Vector3(0, 0, 1)), [0, 0, 0], [1, 0, 0], "plane"), null);
   assert.equal(grasped(new Ray(new Vector3(0, 1, 0), new Vector3(1, 0, 0)), [0, 0, 0], [1, 0, 0], "line"), null);
+  assert.equal(grasped(new Ray(new Vector3(0, 0, 1), new Vector3(0, 0, -1)), [0, 0, 0], [1, 0, 0], "line"), null);
 });
 
 test("arrow keys go along the axis that is nearest to where they point on the screen", () => {

@@ -1,0 +1,183 @@
+import { after, before, test } from "node:test";
+import assert from "node:assert/strict";
+import type { Browser, BrowserContext } from "playwright-core";
+import type { Picture } from "../../src/picture.ts";
+import type { About } from "../../src/protocol.ts";
+import { encodePicture } from "../encode.ts";
+import { GRASP, LINE, picture, session } from "../examples.ts";
+import { launch, openPage, type FakeServer } from "./harness.ts";
+import { findColours } from "./pixels.ts";
+
+const PURE = ":root { --user-0: #0000ff !important; --user-1: #ff0000 !important; }";
+const BLUE: [number, number, number] = [0, 0, 255];
+const LIME: [number, number, number] = [0, 255, 0];
+
+let browser: Browser;
+before(async () => { browser = await launch(); });
+after(() => browser.close());
+
+async function drawn(server: FakeServer, about: About, one: Picture): Promise<void> {
+  const count = () => server.page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
+  server.send(session(about));
+  await sent(server, one, count);
+}
+
+/** Sends a picture and waits until it is drawn. */
+async function sent(server: FakeServer, one: Picture, count = () => drawnSoFar(server)): Promise<void> {
+  const past = await count();
+  server.sendPicture(encodePicture(one));
+  // The first frame has it; another one that followed the camera may come after.
+  await server.page.waitForFunction((past) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past, past);
+  await server.page.waitForTimeout(100);
+}
+
+function drawnSoFar(server: FakeServer): Promise<number> {
+  return server.page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
+}
+
+async function recolour(server: FakeServer, css: string): Promise<void> {
+  await server.page.addStyleTag({ content: css });
+  await server.page.evaluate(() => document.dispatchEvent(new Event("themechange")));
+  await server.page.waitForTimeout(200);
+}
+
+function moved(about: About, by_m: number): Picture {
+  const one = picture(about, 0);
+  for (const host of one.hosts) for (const body of host.bodies) body.position_m[0] += by_m;
+  return one;
+}
+
+for (const scheme of ["light", "dark"] as const) {
+  test(`the canvas shows copies in their users' colours, where they are (${scheme})`, async () => {
+    const server = await openPage(browser);
+    await server.page.emulateMedia({ colorScheme: scheme });
+    await recolour(server, PURE);
+    const canvas = server.page.locator("canvas").first();
+    const [nothing] = await findColours(server.page, canvas, [BLUE]);
+    await drawn(server, GRASP, moved(GRASP, -0.02));
+    const [left] = await findColours(server.page, canvas, [BLUE]);
+    await sent(server, moved(GRASP, 0.02));
+    const [right] = await findColours(server.page, canvas, [BLUE]);
+    assert.ok(nothing && left && right);
+    assert.equal(nothing.count, 0, "before the first picture");
+    assert.ok(left.count > 100 && right.count > 100, `${left.count} and ${right.count} pixels`);
+    assert.ok(right.x - left.x > 15, `from ${left.x} to ${right.x}`);
+    assert.deepEqual(server.errors, []);
+    await server.page.close();
+  });
+}
+
+test("the colours of another theme are taken over at once", async () => {
+  const server = await openPage(browser);
+  await drawn(server, LINE, picture(LINE, 0));
+  const canvas = server.page.locator("canvas").first();
+  const [past] = await findColours(server.page, canvas, [LIME]);
+  await recolour(server, ":root { --user-0: #00ff00 !important; }");
+  const [now] = await findColours(server.page, canvas, [LIME]);
+  assert.ok((past?.count ?? 1) === 0 && (now?.count ?? 0) > 50, `${past?.count} and ${now?.count} pixels`);
+  await server.page.close();
+});
+
+test("copies can be hidden, and shown further apart than they are", async () => {
+  const server = await openPage(browser);
+  await recolour(server, PURE);
+  await drawn(server, GRASP, moved(GRASP, 0));
+  const canvas = server.page.locator("canvas").first();
+  const outlines = async (words: string) => {
+    await server.page.getByLabel("Copies").selectOption({ label: words });
+    await server.page.waitForTimeout(200);
+    return (await findColours(server.page, canvas, [BLUE]))[0] ?? { count: NaN, x: NaN, left: NaN };
+  };
+  const [asTheyAre, apart, hidden] = [await outlines("as they are"), await outlines("10 × as far apart"), await outlines("hidden")];
+  // Anna's copy is 2 mm to the left of the mean.
+  assert.ok(apart.left < asTheyAre.left - 8, `${apart.left} is not far from ${asTheyAre.left}`);
+  // Her fingers, in the middle, have her colour too.
+  assert.ok(hidden.left > asTheyAre.left + 20, `${hidden.left} and ${asTheyAre.left}`);
+  await server.page.close();
+});
+
+test("every shape, deformed surfaces and a world out of all bounds are drawn without an error", async () => {
+  const server = await openPage(browser);
+  const body = GRASP.bodies[0];
+  assert.ok(body);
+  const surface = { vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1], triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3] };
+  const kinds = ["point", "ball", "box", "capsule", "hull", "mesh"] as const;
+  const about: About = {
+    ...GRASP, space: "space",
+    bodies: kinds.map((kind) => ({ ...body, kind, radius_m: 0.03, length_m: 0.05, surface: kind === "hull" || kind === "mesh" ? surface : null })),
+  };
+  await recolour(server, PURE);
+  const one = picture(about, 0);
+  one.surfaces = [{ host: 0, body: 5, vertices_m: Float32Array.from(surface.vertices_m, (value) => 2 * value) }];
+  await drawn(server, about, one);
+  one.hosts.forEach((host) => host.bodies.forEach((pose) => { pose.position_m = [NaN, Infinity, 1e30]; }));
+  await sent(server, one);
+  assert.deepEqual(server.errors, []);
+  await server.page.close();
+});
+
+test("nothing is drawn while nothing changes", async () => {
+  const server = await openPage(browser);
+  await drawn(server, GRASP, picture(GRASP, 0));
+  await server.page.waitForTimeout(1500);
+  const past = await drawnSoFar(server);
+  await server.page.waitForTimeout(700);
+  assert.equal(await drawnSoFar(server), past);
+  await server.page.close();
+});
+
+test("arrow keys turn a view that has the focus, and the view can be reset", async () => {
+  const server = await openPage(browser);
+  await recolour(server, PURE);
+  await drawn(server, GRASP, picture(GRASP, 0));
+  const canvas = server.page.locator("canvas").first();
+  const where = async () => (await findColours(server.page, canvas, [BLUE]))[0]?.left ?? NaN;
+  const first = await where();
+  await canvas.focus();
+  for (let i = 0; i < 6; i++) await server.page.keyboard.press("ArrowRight");
+  await server.page.waitForTimeout(200);
+  const turned = await where();
+  await server.page.getByRole("button", { name: "Reset view" }).click();
+  await server.page.waitForTimeout(200);
+  const reset = await where();
+  assert.ok(Math.abs(turned - first) > 8, `${first} and ${turned}`);
+  assert.ok(Math.abs(reset - first) < 3, `${first} and ${reset}`);
+  await server.page.close();
+});
+
+test("a browser that draws slowly asks for fewer pictures", async () => {
+  const server = await openPage(browser);
+  await server.page.evaluate(() => {
+    const quick = window.requestAnimationFrame.bind(window);
+    window.requestAnimationFrame = (draw) => quick(() => setTimeout(() => draw(performance.now()), 60));
+  });
+  await drawn(server, LINE, picture(LINE, 0));
+  for (let i = 1; i < 200 && !server.said.some((message) => message.type === "rate"); i++) {
+    server.sendPicture(encodePicture(picture(LINE, i / 60)));
+    await server.page.waitForTimeout(50);
+  }
+  assert.deepEqual(server.said.find((message) => message.type === "rate"), { type: "rate", hz: 32 });
+  await server.page.close();
+});
+
+test("without WebGL there are words in place of the scene, and no error", async () => {
+  const context = await browser.newContext();
+  await context.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
+  const server = await openPage(withPagesOf(context));
+  server.send(session(GRASP));
+  server.sendPicture(encodePicture(picture(GRASP, 0)));
+  await server.page.getByText("WebGL 2 is missing").waitFor();
+  assert.equal(await server.page.locator(".view-canvas").isVisible(), false);
+  server.send({ type: "taken", user: 0, stiffness_n_per_m: 150, damping_n_s_per_m: 3 });
+  await server.page.keyboard.down("ArrowRight");
+  // The keys go on working.
+  await server.page.waitForTimeout(500);
+  const last = server.said.findLast((message) => message.type === "point");
+  assert.ok(last && (last.targets_m[0]?.[0] ?? 0) > -0.03, JSON.stringify(last));
+  assert.deepEqual(server.errors, []);
+  await context.close();
+});
+
+function withPagesOf(context: BrowserContext): Browser {
+  return { newPage: () => context.newPage() } as unknown as Browser;
+}
