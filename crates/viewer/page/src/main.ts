@@ -37,8 +37,11 @@ let replaying = false;
 store.on("session", (session) => {
   tabs.offer(section("lesson"), session.mode === "live" && session.controls.length > 0);
   if (session.mode === "replay") {
-    section("plots").hidden = true;
-    if (!replaying) createReplay(section("replay"), section("views"), session);
+    for (const id of ["plots", "panel"]) section(id).hidden = true;
+    if (!replaying) {
+      view.dispose();
+      createReplay(section("replay"), section("views"), session);
+    }
     replaying = true;
     return;
   }

@@ -1,5 +1,5 @@
 // Panels beside each other over the same stretch of time: as many as fit.
-import { channelsOf, type Channel } from "./channels.ts";
+import { channelsOf, type Channel, type PanelKind } from "./channels.ts";
 import { make } from "./dom.ts";
 import type { Source } from "./history.ts";
 import { Panel, type PanelChoice } from "./panel.ts";
@@ -14,26 +14,21 @@ export interface DashboardEvents {
   onChoice(place: number, choice: PanelChoice): void;
 }
 
-/** What the panels show at first, from left to right. */
-const FIRST: readonly PanelChoice[] = [
-  { kind: "forces", component: null },
-  { kind: "positions", component: null },
-  { kind: "round-trip", component: null },
-];
 /** A panel narrower than this is hard to read, px. */
-const LEAST_WIDTH = 400;
+const LEAST_WIDTH = 340;
 
 let dashboards = 0;
 
 export class Dashboard {
   readonly element = make("div", { className: "dashboard" });
   readonly #panels: Panel[] = [];
-  readonly #choices = [...FIRST];
+  readonly #choices: PanelChoice[];
   readonly #sync = `cotouch-plots-${dashboards++}`;
   #session: { about: About; channels: readonly Channel[]; source: Source } | null = null;
 
-  /** `most` panels beside each other at most. */
-  constructor(readonly events: DashboardEvents, readonly most: number = FIRST.length, readonly sync?: string) {
+  /** At most as many panels as `first` has, which they show at first from left to right. */
+  constructor(first: readonly PanelKind[], readonly events: DashboardEvents, readonly sync?: string) {
+    this.#choices = first.map((kind) => ({ kind, component: null }));
     new ResizeObserver(() => this.#fit()).observe(this.element);
     document.addEventListener("themechange", () => this.#panels.forEach((panel) => panel.recolour()));
   }
@@ -60,7 +55,7 @@ export class Dashboard {
   #fit(): void {
     const width = this.element.clientWidth;
     if (width === 0 || !this.#session) return;
-    const wanted = Math.min(this.most, Math.max(1, Math.floor(width / LEAST_WIDTH)));
+    const wanted = Math.min(this.#choices.length, Math.max(1, Math.floor(width / LEAST_WIDTH)));
     while (this.#panels.length > wanted) this.#panels.pop()?.remove();
     while (this.#panels.length < wanted) this.#addPanel(this.#panels.length);
   }

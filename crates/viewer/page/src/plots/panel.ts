@@ -20,7 +20,7 @@ export interface PanelEvents extends Omit<ChartEvents, "onCursor"> {
 
 /** A saved picture of a chart, in pixels before it is enlarged. */
 const SAVED = { width: 900, height: 380, enlarged: 2 };
-const COMPONENT_NAMES: Record<Component, string> = { size: "magnitude", x: "x", y: "y", z: "z" };
+const COMPONENT_NAMES: Record<Component, string> = { size: "size", x: "x", y: "y", z: "z" };
 
 export class Panel {
   readonly element = make("figure", { className: "panel" });
@@ -41,7 +41,7 @@ export class Panel {
   constructor(wanted: PanelChoice, readonly sync: string, readonly events: PanelEvents) {
     this.#choice = wanted;
     this.element.append(this.#heading, this.#frame, this.#legend);
-    this.#frame.append(this.#nothing);
+    this.#frame.append(this.#nothing, this.#time);
     this.#frame.addEventListener("keydown", (event) => this.#key(event));
     new ResizeObserver(() => this.#resize()).observe(this.#frame);
   }
@@ -133,7 +133,7 @@ export class Panel {
       choice("What to plot", PANELS.map(({ kind, name }) => ({ value: kind, text: name })), this.#choice.kind,
         (kind) => this.events.onChoice({ kind, component: null })),
       ...components,
-      this.#time,
+      make("span", { className: "panel-space" }),
       button("PNG", "Save this chart as a picture", () => void this.#savePicture()),
       button("CSV", "Save all numbers of this chart as a table", () => this.#saveTable()),
     );

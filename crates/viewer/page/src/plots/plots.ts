@@ -33,7 +33,7 @@ export class Plots {
   #interval_ms = LEAST_INTERVAL_MS;
 
   constructor(element: HTMLElement) {
-    this.#dashboard = new Dashboard({
+    this.#dashboard = new Dashboard(["forces", "positions", "round-trip"], {
       onZoom: (range) => this.#zoomTo(range),
       onBack: () => this.#zoomTo(null),
       onPick: () => {},

@@ -55,15 +55,14 @@ class Replay {
     views.replaceChildren(scenes);
     this.#stages = session.recordings.map((info, index) => this.#stage(info, index, scenes));
     element.replaceChildren(this.#bar.element,
-      make("div", { className: "replay-plots" }, ...this.#stages.map(({ dashboard }) => dashboard.element)));
+      make("div", { className: "replay-plots card" }, ...this.#stages.map(({ dashboard }) => dashboard.element)));
     document.addEventListener("keydown", (event) => this.#key(event));
     this.#arrange();
     requestAnimationFrame((now_ms) => this.#frame(now_ms));
   }
 
   #stage(info: SessionMessage["recordings"][number], index: number, scenes: HTMLElement): Stage {
-    const most = this.#session.recordings.length === 1 ? 3 : 2;
-    const stage = new Stage(info, index, scenes, most, {
+    const stage = new Stage(info, index, scenes, {
       onZoom: (range) => this.#zoomTo(range),
       onBack: () => this.#zoomTo(null),
       onPick: (time_s) => this.#seek(time_s),

@@ -9,6 +9,9 @@ import { Buffer, loadFrom, type Place } from "./buffer.ts";
 import { clock, within, type Span } from "./timeline.ts";
 import { Track } from "./track.ts";
 
+/** A recording has no round trips, so they are not among what is shown first. */
+const PLOTTED = ["forces", "positions", "energy"] as const;
+
 export class Stage {
   /** The scene with its caption. */
   readonly figure: HTMLElement;
@@ -19,9 +22,10 @@ export class Stage {
   readonly #state = make("span", { className: "replay-state" });
   readonly #track: Track;
   #shown: Place | null = null;
+  #wasOutside = false;
   #trouble: string | null = null;
 
-  constructor(info: RecordingInfo, index: number, views: HTMLElement, most: number, events: DashboardEvents) {
+  constructor(info: RecordingInfo, index: number, views: HTMLElement, events: DashboardEvents) {
     this.#info = info;
     this.buffer = new Buffer(info, loadFrom(index));
     const scene = make("div", { className: "replay-scene" });
@@ -33,7 +37,7 @@ export class Stage {
     this.#view.introduce(info.about);
     const channels = channelsOf(info.about);
     this.#track = new Track(info.about, channels, this.buffer);
-    this.dashboard = new Dashboard(events, most, "cotouch-replay");
+    this.dashboard = new Dashboard(PLOTTED, events, "cotouch-replay");
     this.dashboard.introduce(info.about, this.#track, channels);
   }
 
@@ -65,8 +69,10 @@ export class Stage {
     this.figure.classList.toggle("is-outside", isOutside);
     if (place && (place.chunk !== this.#shown?.chunk || place.index !== this.#shown.index)) this.#draw(place);
     const early = time_s < span.begins_s - 1e-9;
-    if (isOutside) this.#state.textContent = early ? `begins in ${clock(span.begins_s - time_s)}` : "is over";
-    else if (!place) this.#state.textContent = "loading…";
+    if (isOutside) this.#say(early ? `begins in ${clock(span.begins_s - time_s)}` : "is over");
+    else if (!place) this.#say("loading…");
+    else if (this.#wasOutside) this.#draw(place);
+    this.#wasOutside = isOutside || !place;
   }
 
   /** When the nearest picture before or after `time_s` is due, in shared time. */
@@ -75,13 +81,17 @@ export class Stage {
     return beside_s === null ? null : span.begins_s + beside_s;
   }
 
+  #say(text: string): void {
+    if (this.#state.textContent !== text) this.#state.textContent = text;
+  }
+
   #draw(place: Place): void {
     this.#shown = place;
     try {
       const picture = this.buffer.chunk(place.chunk)?.picture(place.index);
       if (!picture) return;
       this.#view.show(picture);
-      this.#state.textContent = stateOf(picture);
+      this.#say(stateOf(picture));
       this.#trouble = null;
     } catch (error) {
       this.#trouble = `a picture cannot be read: ${(error as Error).message}`;
