@@ -92,7 +92,7 @@ class Lesson {
     store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map)));
     store.on("failed", (failed) => this.#answered(failed.id, failed.what, () => this.#failed(failed)));
     store.on("trouble", (trouble) => { if (trouble) this.#asking.forget(); });
-    this.#element.addEventListener("tabshown", () => this.#ask());
+    this.#element.addEventListener("tabshown", () => { this.#running.redraw(); this.#ask(); });
     document.addEventListener("visibilitychange", () => this.#ask());
   }
 
