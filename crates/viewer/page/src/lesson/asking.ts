@@ -38,7 +38,8 @@ export class Asking {
   /** The key of the map that is shown, and of the one that was asked for last. */
   #mapShown: string | null = null;
   #mapAsked: string | null = null;
-  #ticking = false;
+  /** Counts plans: only the latest one counts. */
+  #plan = 0;
   #todo: "nothing" | "quick" | "thorough" = "nothing";
 
   constructor(send: (question: Question) => void, clock: Clock = REAL) {
@@ -77,11 +78,11 @@ export class Asking {
   }
 
   #tick = (): void => {
-    if (this.#todo === "nothing" || this.#ticking) return;
+    const plan = ++this.#plan;
+    if (this.#todo === "nothing") return;
     const wait_ms = this.#wait();
     if (wait_ms > 0) {
-      this.#ticking = true;
-      this.#clock.later(() => { this.#ticking = false; this.#tick(); }, wait_ms);
+      this.#clock.later(() => { if (plan === this.#plan) this.#tick(); }, wait_ms);
       return;
     }
     this.#ask();
@@ -92,9 +93,7 @@ export class Asking {
     const now = this.#clock.now();
     if (this.#todo === "thorough") return this.#wished_at + REST_MS - now;
     const busy = this.#waitsFor.has("verdict") || this.#waitsFor.has("map");
-    const paced = this.#asked_at + (busy ? PATIENCE_MS : PACE_MS) - now;
-    // While waiting for an answer, look again soon: it may come early.
-    return busy ? Math.min(paced, 20) : paced;
+    return this.#asked_at + (busy ? PATIENCE_MS : PACE_MS) - now;
   }
 
   #ask(): void {

@@ -111,8 +111,7 @@ function makeNumber(control: Control, heard: Heard): Field {
     slider.setAttribute("aria-valuetext", withUnit(Number(value), control.unit));
     if (document.activeElement !== number) number.value = readable(Number(value));
   };
-  const unit = make("span", { class: "unit muted small", "aria-hidden": "true" }, control.unit);
-  const field: Field = { element: frame(control, id, slider, make("span", { class: "number" }, number, unit)), moved_at: -Infinity, show };
+  const field: Field = { element: frame(control, id, slider, number), moved_at: -Infinity, show };
   const moved = (value: number) => {
     field.moved_at = performance.now();
     show(value);
@@ -135,14 +134,12 @@ function makeNumber(control: Control, heard: Heard): Field {
 }
 
 function frame(control: Control, id: string, ...inputs: HTMLElement[]): HTMLElement {
-  const [main, number] = inputs;
-  const restarts = control.restarts ? " Begins the session anew." : "";
-  const help = make("span", { id: `${id}-help`, class: "unseen" }, control.help + restarts);
+  const help = control.help + (control.restarts ? " Begins the session anew." : "");
   const label = make("label", { for: id }, control.label);
+  if (control.unit) label.append(make("span", { class: "unit" }, ` ${control.unit}`));
   if (control.restarts) label.append(make("span", { class: "restarts", "aria-hidden": "true" }, " ↻"));
-  const element = make("div", { class: "field", title: control.help + restarts, "data-key": control.key },
-    make("div", { class: "field-head" }, label, number ?? null), main!, help);
-  return element;
+  return make("div", { class: "field", title: help, "data-key": control.key },
+    label, make("div", { class: "field-row" }, ...inputs), make("span", { id: `${id}-help`, class: "unseen" }, help));
 }
 
 /** A line for the help of whatever control is looked at. */

@@ -18,6 +18,8 @@ const CLOCK = {
   now: () => performance.now(),
   later: (run: () => void, delay_ms: number) => setTimeout(run, delay_ms),
 };
+/** After a move, the session is given this long to follow. */
+const SETTLED_MS = 1500;
 const MAY_CHANGE = "↻ begins the session anew. Point at a control to read what it is.";
 const MAY_ASK = "Only a browser on the computer that runs the session may change it. Here the controls ask: what if?";
 
@@ -39,8 +41,8 @@ class Lesson {
   #verdict: VerdictMessage | null = null;
   /** What the controls show. */
   #wanted: Settings = {};
-  /** Keys that this page has moved in this session: named in every question, whatever the server has taken over. */
-  #touched = new Set<string>();
+  /** Keys that this page has moved in this session, and when: named in every question, whatever the server has taken over. */
+  #touched = new Map<string, number>();
   #agreement = make("p", { class: "agreement", role: "status" });
   #growth = make("p", { class: "small muted" });
   #note = make("p", { class: "small note", role: "status" });
@@ -90,7 +92,7 @@ class Lesson {
     store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map)));
     store.on("failed", (failed) => this.#answered(failed.id, failed.what, () => this.#failed(failed)));
     store.on("trouble", (trouble) => { if (trouble) this.#asking.forget(); });
-    this.#element.addEventListener("tabshown", () => this.#ask());
+    this.#element.addEventListener("tabshown", () => { this.#running.redraw(); this.#ask(); });
     document.addEventListener("visibilitychange", () => this.#ask());
   }
 
@@ -117,14 +119,25 @@ class Lesson {
     say(this.#note, note);
     const before = JSON.stringify(this.#wanted);
     for (const [key, value] of Object.entries(settings)) {
-      // What this page asks "what if?" stays; so does what it has just moved.
-      if (!this.#touched.has(key)) this.#wanted[key] = value;
-      else if (this.#store.session?.may_change && this.#wanted[key] === value) this.#touched.delete(key);
+      if (this.#takesOver(key, value)) this.#wanted[key] = value;
+    }
+    if (this.#store.session?.may_change && this.#touched.size > 0) {
+      setTimeout(() => this.#settings(this.#store.settings!.settings, this.#store.settings!.note), SETTLED_MS);
     }
     this.#controls.show(this.#wanted);
     this.#mark();
     this.#showAgreement();
     if (JSON.stringify(this.#wanted) !== before) this.#ask();
+  }
+
+  /** Whether a control follows the session: not while this page asks "what if?", nor just after it was moved. */
+  #takesOver(key: string, value: number | string): boolean {
+    const moved_at = this.#touched.get(key);
+    if (moved_at === undefined) return true;
+    if (!this.#store.session?.may_change) return false;
+    if (this.#wanted[key] !== value && performance.now() - moved_at < SETTLED_MS) return false;
+    this.#touched.delete(key);
+    return true;
   }
 
   /** The session does not do what was asked for: show what it does. */
@@ -143,7 +156,7 @@ class Lesson {
 
   #moved(control: Control, value: number | string): void {
     this.#wanted[control.key] = value;
-    this.#touched.add(control.key);
+    this.#touched.set(control.key, performance.now());
     if (this.#store.session?.may_change) this.#setting.moved(control, value);
     this.#mark();
     this.#showAgreement();
@@ -203,7 +216,7 @@ class Lesson {
     if (Object.keys(this.#wanted).length === 0) return;
     const shown = !this.#element.hidden;
     const axes = this.#axes.axes;
-    const settings = Object.fromEntries([...this.#touched].map((key) => [key, this.#wanted[key]!]));
+    const settings = Object.fromEntries([...this.#touched.keys()].map((key) => [key, this.#wanted[key]!]));
     const others = Object.entries(this.#wanted).filter(([key]) => key !== axes?.x.key && key !== axes?.y.key);
     this.#asking.wish({
       settings,

@@ -60,6 +60,12 @@ export class Running {
     say(this.#word, OBSERVED[seen]);
   }
 
+  /** Draws what was kept while nobody looked. */
+  redraw(): void {
+    const last = this.#history.at(-1);
+    if (last) this.#draw(last.time_s);
+  }
+
   #draw(now_s: number): void {
     const context = freshContext(this.#trace);
     if (!context) return;

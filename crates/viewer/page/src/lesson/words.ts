@@ -73,7 +73,7 @@ export function label(key: string, controls: readonly Control[]): string {
 }
 
 const CAUSES: [number, string][] = [
-  [1, "largest force"], [2, "largest torque"], [4, "fastest change of force"],
+  [1, "force limit"], [2, "torque limit"], [4, "slew limit"],
 ];
 /** Soft start and release: limits that act meanwhile do not count. */
 const FADING = 8 | 16;
@@ -89,6 +89,6 @@ export function limits(picture: Picture): string {
     }
   }
   const acting = [...CAUSES, ...RELEASES].filter(([bit]) => bits & bit).map(([, words]) => words);
-  if (acting.length > 0) return `The governor acts: ${acting.join(", ")}.`;
-  return bits & FADING ? "Forces fade in or out." : "";
+  if (acting.length > 0) return `Governor: ${acting.join(", ")}`;
+  return bits & FADING ? "Forces fade in or out" : "";
 }

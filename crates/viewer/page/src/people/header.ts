@@ -37,7 +37,10 @@ export function createHeader(element: HTMLElement, store: Store): void {
   });
   store.on("verdict", ({ stable }) => predicted.show(stable ? "good" : "bad", stable ? "stable" : "unstable"));
   store.on("picture", (picture) => observed.show(...observe(picture)));
-  store.on("trouble", (trouble) => connection.show(trouble ? "bad" : "good", trouble ? "Not connected" : "Live"));
+  store.on("trouble", (trouble) => {
+    connection.show(trouble ? "bad" : "good", trouble ? "Not connected" : "Live");
+    if (trouble) observed.show("unknown", "not seen");
+  });
 }
 
 /** What runs, in one line. */

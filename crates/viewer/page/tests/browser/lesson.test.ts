@@ -1,0 +1,161 @@
+// The lesson in a real browser, with a made-up server that answers its questions.
+import { after, before, test } from "node:test";
+import assert from "node:assert/strict";
+import type { Browser } from "playwright-core";
+import type { PageMessage } from "../../src/protocol.ts";
+import { encodePicture } from "../encode.ts";
+import { LINE, picture } from "../examples.ts";
+import { answers, CONTROLS, K_OBJECTS, K_REMOTE, lesson, radiusAt, SETTINGS } from "../lesson_example.ts";
+import { launch, openPage, type FakeServer } from "./harness.ts";
+
+const SLIDER = "#control-coupling-object-object-stiffness-n-per-m";
+const RADIUS = "#lesson .radius";
+const AGREEMENT = "#lesson .agreement";
+let browser: Browser;
+
+before(async () => { browser = await launch(); });
+after(() => browser.close());
+
+type Kind = PageMessage["type"];
+const said = <K extends Kind>(server: FakeServer, type: K) =>
+  server.said.filter((message): message is Extract<PageMessage, { type: K }> => message.type === type);
+
+/** A page with its lesson open, whose questions are answered until the test is over. */
+async function openLesson(mayChange = true): Promise<FakeServer & { end(): Promise<void> }> {
+  const server = await openPage(browser);
+  let [read, running] = [0, { ...SETTINGS }];
+  const answering = setInterval(() => {
+    for (const message of server.said.slice(read)) {
+      if (message.type === "predict") answers(message, running).forEach((answer) => server.send(answer));
+      if (message.type !== "set") continue;
+      running = { ...running, ...message.settings };
+      server.send({ type: "settings", settings: running, note: "" });
+    }
+    read = server.said.length;
+  }, 10);
+  server.send(lesson(mayChange));
+  server.send({ type: "settings", settings: SETTINGS, note: "" });
+  server.sendPicture(encodePicture(picture(LINE, 1)));
+  await server.page.click("#tab-lesson");
+  await server.page.waitForFunction((radius) => /^\d/.test(document.querySelector(radius)?.textContent ?? ""), RADIUS);
+  return { ...server, end: async () => { clearInterval(answering); await server.page.close(); } };
+}
+
+const saying = (server: FakeServer, selector: string, words: string) =>
+  server.page.waitForFunction(([where, what]) => document.querySelector(where!)?.textContent?.includes(what!), [selector, words]);
+
+test("a slider past the line: the session is set, the question asked, the gauge turns, the session shakes; and back", async () => {
+  const server = await openLesson();
+  const { page } = server;
+  await saying(server, AGREEMENT, "Predicted stable – and it is.");
+  await page.focus(SLIDER);
+  await page.keyboard.press("End");
+  await page.waitForSelector('.gauge[data-verdict="unstable"]');
+  await page.waitForFunction(() => document.querySelector(".gauge .needle")!.getAttribute("style")!.includes("rotate(6"));
+  assert.deepEqual(said(server, "set").at(-1)!.settings, { [K_OBJECTS]: 10000 });
+  assert.equal(said(server, "predict").at(-1)!.settings[K_OBJECTS] ?? 10000, 10000);
+  assert.equal(await page.textContent(RADIUS), radiusAt(10000, 400).toFixed(4));
+  await saying(server, AGREEMENT, "it has not shaken yet");
+  server.sendPicture(encodePicture({ ...picture(LINE, 2), stable_lately: false, oscillation_j: 0.02 }));
+  await saying(server, AGREEMENT, "Predicted unstable – and it shakes.");
+  await saying(server, "#lesson .energy", "20 mJ");
+  await saying(server, "#header", "Running shaking");
+
+  await page.keyboard.press("Home");
+  await page.waitForSelector('.gauge[data-verdict="stable"]');
+  server.sendPicture(encodePicture(picture(LINE, 3)));
+  await saying(server, AGREEMENT, "Predicted stable – and it is.");
+  assert.deepEqual(server.errors, []);
+  await server.end();
+});
+
+test("what begins the session anew is set when it is let go; the others at once", async () => {
+  const server = await openLesson();
+  await server.page.selectOption("#control-session-architecture", "centralized");
+  await server.page.waitForTimeout(200);
+  assert.deepEqual(said(server, "set").map(({ settings }) => settings), [{ "session.architecture": "centralized" }]);
+  await server.page.focus("#control-link-delay-periods");
+  for (let press = 0; press < 3; press++) await server.page.keyboard.press("ArrowRight");
+  assert.equal(said(server, "set").length, 1);
+  await server.page.waitForTimeout(900);
+  assert.deepEqual(said(server, "set").at(-1)!.settings, { "link.delay_periods": 4 });
+  await server.page.click("text=Begin again");
+  await server.page.waitForTimeout(100);
+  assert.equal(said(server, "again").length, 1);
+  await server.end();
+});
+
+test("the map shows where the settings are; a click sets both", async () => {
+  const server = await openLesson();
+  const box = (await server.page.locator("#lesson .map").boundingBox())!;
+  const pixel = (x: number, y: number) => server.page.locator("#lesson .map").evaluate((canvas, place) => {
+    const map = canvas as HTMLCanvasElement;
+    const scale = map.width / map.clientWidth;
+    return [...map.getContext("2d")!.getImageData(Math.round(place.x * scale), Math.round(place.y * scale), 1, 1).data];
+  }, { x, y });
+  await server.page.waitForTimeout(400);
+  const [stable, unstable] = [await pixel(60, box.height - 40), await pixel(box.width - 20, 20)];
+  assert.ok(stable[1]! > stable[0]! + 10, `green below: ${stable}`);
+  assert.ok(unstable[0]! > unstable[1]! + 10, `red above: ${unstable}`);
+
+  await server.page.mouse.click(box.x + box.width - 30, box.y + 30);
+  await server.page.waitForSelector('.gauge[data-verdict="unstable"]');
+  const sent = Object.assign({}, ...said(server, "set").map(({ settings }) => settings)) as Record<string, number>;
+  assert.ok(sent[K_OBJECTS]! > 5000 && sent[K_REMOTE]! > 1000, JSON.stringify(sent));
+  const label = await server.page.getAttribute("#lesson .map", "aria-label");
+  assert.ok(label?.includes(`you are at ${sent[K_OBJECTS]}`), label ?? "");
+  const cross = await pixel(box.width - 30, 30);
+  assert.ok(cross[2]! > cross[0]! + 60, `the cross's blue: ${cross}`);
+  await server.end();
+});
+
+test("who may not change the session asks what if; nothing is set, and the session's own changes still show", async () => {
+  const server = await openLesson(false);
+  await server.page.focus(SLIDER);
+  await server.page.keyboard.press("End");
+  await saying(server, AGREEMENT, "What if: predicted unstable.");
+  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 500, [K_REMOTE]: 77 }, note: "" });
+  await server.page.waitForFunction(() =>
+    document.querySelector<HTMLInputElement>("#control-coupling-remote-hand-object-stiffness-n-per-m-number")!.value === "77");
+  assert.equal(await server.page.inputValue(`${SLIDER}-number`), "10000");
+  assert.equal(said(server, "set").length, 0);
+  assert.ok(await server.page.isHidden("text=Begin again"));
+  await server.end();
+});
+
+test("what another browser sets moves the controls; what is refused is said and taken back", async () => {
+  const server = await openLesson();
+  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 5000 }, note: "The delay is 2 periods, as the link needs." });
+  await saying(server, "#lesson .note", "as the link needs");
+  assert.equal(await server.page.inputValue(`${SLIDER}-number`), "5000");
+  server.send({ type: "settings", settings: SETTINGS, note: "" });
+  await server.page.fill("#control-object-damping-n-s-per-m-number", "5");
+  server.send({ type: "refused", what: "set", why: "the object is fixed" });
+  await saying(server, "#notices", "This cannot be set: the object is fixed");
+  assert.deepEqual(server.errors, []);
+  await server.end();
+});
+
+test("answers to older questions change nothing, and what failed is said", async () => {
+  const server = await openLesson();
+  const before = await server.page.textContent(RADIUS);
+  server.send({ type: "verdict", id: 0, stable: false, spectral_radius: 3, period_s: 1, modes: [], warnings: [] });
+  await server.page.waitForTimeout(150);
+  assert.equal(await server.page.textContent(RADIUS), before);
+  const id = said(server, "predict").at(-1)!.id;
+  server.send({ type: "failed", id, what: "margin", why: "it would take too long" });
+  await saying(server, "#lesson", "No margins: it would take too long");
+  server.send({ type: "failed", id, what: "verdict", why: "the scene has no loop" });
+  await saying(server, AGREEMENT, "No prediction: the scene has no loop");
+  await server.end();
+});
+
+test("every control has a name, and its words of help", async () => {
+  const server = await openLesson();
+  for (const control of CONTROLS) {
+    const field = server.page.locator(`[data-key="${control.key}"]`);
+    assert.ok((await field.locator("label").textContent())?.startsWith(control.label));
+    assert.ok((await field.locator(".unseen").textContent())?.includes(control.help));
+  }
+  await server.end();
+});
