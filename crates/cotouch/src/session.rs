@@ -110,8 +110,12 @@ pub(crate) fn watch(
     let mut warned = false;
     let mut looks_without_server = 0;
     while !live.has_ended() {
+        // A session that can be changed tells its pages itself; its users read there what has happened.
         if !live.may_change() {
-            live.take_news().iter().for_each(|news| eprintln!("note: {news}"));
+            for news in live.take_news() {
+                eprintln!("note: {news}");
+                viewer.iter().for_each(|viewer| viewer.tell(&news));
+            }
         }
         looks_without_server = if live.has_lost_the_server() { looks_without_server + 1 } else { 0 };
         if looks_without_server == LOOKS_FOR_THE_SERVER {

@@ -78,7 +78,7 @@ const MOST_USERS: u32 = 8;
 pub(crate) fn controls(chosen: &Chosen, scene: &Scene) -> Vec<Control> {
     let plain = chosen.plain();
     let own = plain.open().unwrap_or_else(|_| scene.clone());
-    let mut controls = vec![choice(words::OF_SCENE, scenes(chosen.family()))];
+    let mut controls = vec![choice(words::OF_SCENE, scenes(chosen.first()))];
     let architectures = architectures(&plain);
     if architectures.len() > 1 {
         controls.push(choice(words::OF_ARCHITECTURE, architectures));

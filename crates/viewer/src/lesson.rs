@@ -76,7 +76,7 @@ impl Present {
         present_controls: &[Control],
         live: &LiveSession,
     ) -> Result<(Self, Vec<Control>), String> {
-        is_a_scene(settings)?;
+        is_a_scene(settings, self.chosen.first())?;
         let chosen = self.chosen.with(settings);
         let choices = [SCENE, ARCHITECTURE].map(|key| settings.get(key));
         let controls = if choices.iter().all(Option::is_none) {
@@ -95,10 +95,10 @@ impl Present {
     }
 }
 
-/// Refuses to open what is no scene of the lesson.
-fn is_a_scene(settings: &Settings) -> Result<(), String> {
+/// Refuses to open what is no scene of the lesson: neither built in nor the one that it began with.
+fn is_a_scene(settings: &Settings, first: &str) -> Result<(), String> {
     let Some(Setting::Choice(name)) = settings.get(SCENE) else { return Ok(()) };
-    if builtin::names().any(|known| known == name && family_of(known) == known) {
+    if name == first || builtin::names().any(|known| known == name && family_of(known) == known) {
         return Ok(());
     }
     let names: Vec<&str> = builtin::names().filter(|name| family_of(name) == *name).collect();

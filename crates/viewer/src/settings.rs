@@ -42,6 +42,11 @@ impl Chosen {
         }
     }
 
+    /// The same of the scene that the session began with.
+    pub(crate) fn first(&self) -> &str {
+        family_of(&self.base.scene)
+    }
+
     /// With `more` set too. Another scene or architecture has couplings of its own: what was set of these is forgotten,
     /// while the network stays as it is.
     pub(crate) fn with(&self, more: &Settings) -> Self {
