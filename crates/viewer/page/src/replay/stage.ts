@@ -30,7 +30,8 @@ export class Stage {
     this.#info = info;
     this.buffer = new Buffer(info, loadFrom(index));
     this.figure = make("figure", { className: "replay-view", attributes: { "aria-label": info.name } },
-      make("figcaption", {}, make("strong", {}, info.name), make("span", {}, detailsOf(info)), this.#state), this.#scene);
+      make("figcaption", {}, make("strong", {}, info.name), make("span", {}, detailsOf(info)), this.#state),
+      this.#scene);
     const channels = channelsOf(info.about);
     this.#track = new Track(info.about, channels, this.buffer);
     this.dashboard = new Dashboard(PLOTTED, events, "cotouch-replay");
@@ -105,7 +106,8 @@ export class Stage {
 
 function detailsOf({ about }: RecordingInfo): string {
   const delay = `delay ${about.delay_periods} ${about.delay_periods === 1 ? "period" : "periods"}`;
-  return [about.scene, about.architecture, `${about.users.length} users`, `network ${about.network_hz} Hz`, delay].join(" · ");
+  const users = `${about.users.length} users`;
+  return [about.scene, about.architecture, users, `network ${about.network_hz} Hz`, delay].join(" · ");
 }
 
 /** In words, and in which colour. */
