@@ -38,8 +38,8 @@ export const PANELS: readonly PanelAbout[] = [
     least_span: 0.002, from_zero: false, nothing: "No energies yet.",
   },
   {
-    kind: "round-trip", name: "Round trip", title: "Mean round trip to a peer and back", unit: "ms", shown: { unit: "ms", factor: 1 },
-    least_span: 0.1, from_zero: true, nothing: "No round trip was measured.",
+    kind: "round-trip", name: "Round trip", title: "Mean round trip to a peer and back", unit: "ms",
+    shown: { unit: "ms", factor: 1 }, least_span: 0.1, from_zero: true, nothing: "No round trip was measured.",
   },
   {
     kind: "jitter", name: "Jitter", title: "Jitter of the round trip (standard deviation)", unit: "ms",

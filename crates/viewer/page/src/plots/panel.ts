@@ -111,7 +111,8 @@ export class Panel {
       onCursor: () => this.#tellValues(),
     });
     this.#nothing.textContent = this.#panel.nothing;
-    this.#frame.setAttribute("role", "img");
+    this.#frame.setAttribute("role", "application");
+    this.#frame.setAttribute("aria-roledescription", "chart");
     this.#frame.setAttribute("aria-label",
       `${this.#panel.title} over time. Left and right arrows move the cursor, plus and minus zoom, Escape goes back.`);
     this.#buildHeading();

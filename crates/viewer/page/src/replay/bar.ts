@@ -16,7 +16,9 @@ export interface BarEvents {
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 4] as const;
 
 export class Bar {
-  readonly element = make("div", { className: "replay-bar card", attributes: { role: "group", "aria-label": "Time line" } });
+  readonly element = make("div", {
+    className: "replay-bar card", attributes: { role: "group", "aria-label": "Time line" },
+  });
   readonly #play = this.#signed("play", "Play (space)", () => this.events.onPlay());
   readonly #slider = make("input", {
     type: "range", min: "0", step: "any", value: "0", className: "replay-slider", attributes: { "aria-label": "Time" },

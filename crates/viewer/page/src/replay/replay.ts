@@ -53,7 +53,9 @@ class Replay {
     });
     const scenes = make("div", { className: "replay-views" });
     views.replaceChildren(scenes);
-    this.#stages = session.recordings.map((info, index) => this.#stage(info, index, scenes));
+    this.#stages = session.recordings.map((info, index) => this.#stage(info, index));
+    scenes.append(...this.#stages.map(({ figure }) => figure));
+    this.#stages.forEach((stage) => stage.begin());
     element.replaceChildren(this.#bar.element,
       make("div", { className: "replay-plots card" }, ...this.#stages.map(({ dashboard }) => dashboard.element)));
     document.addEventListener("keydown", (event) => this.#key(event));
@@ -61,8 +63,8 @@ class Replay {
     requestAnimationFrame((now_ms) => this.#frame(now_ms));
   }
 
-  #stage(info: SessionMessage["recordings"][number], index: number, scenes: HTMLElement): Stage {
-    const stage = new Stage(info, index, scenes, {
+  #stage(info: SessionMessage["recordings"][number], index: number): Stage {
+    const stage = new Stage(info, index, {
       onZoom: (range) => this.#zoomTo(range),
       onBack: () => this.#zoomTo(null),
       onPick: (time_s) => this.#seek(time_s),

@@ -18,27 +18,30 @@ export class Stage {
   readonly dashboard: Dashboard;
   readonly buffer: Buffer;
   readonly #info: RecordingInfo;
-  readonly #view: View;
+  readonly #scene = make("div", { className: "replay-scene" });
+  #view: View | null = null;
   readonly #state = make("span", { className: "replay-state" });
   readonly #track: Track;
   #shown: Place | null = null;
   #wasOutside = false;
   #trouble: string | null = null;
 
-  constructor(info: RecordingInfo, index: number, views: HTMLElement, events: DashboardEvents) {
+  constructor(info: RecordingInfo, index: number, events: DashboardEvents) {
     this.#info = info;
     this.buffer = new Buffer(info, loadFrom(index));
-    const scene = make("div", { className: "replay-scene" });
     this.figure = make("figure", { className: "replay-view", attributes: { "aria-label": info.name } },
-      make("figcaption", {}, make("strong", {}, info.name), make("span", {}, detailsOf(info)), this.#state), scene);
-    // A view measures its place: it must be on the page first.
-    views.append(this.figure);
-    this.#view = new View(scene);
-    this.#view.introduce(info.about);
+      make("figcaption", {}, make("strong", {}, info.name), make("span", {}, detailsOf(info)), this.#state),
+      this.#scene);
     const channels = channelsOf(info.about);
     this.#track = new Track(info.about, channels, this.buffer);
     this.dashboard = new Dashboard(PLOTTED, events, "cotouch-replay");
     this.dashboard.introduce(info.about, this.#track, channels);
+  }
+
+  /** Draws the scene from now on. A view measures its place: all figures must be on the page first. */
+  begin(): void {
+    this.#view = new View(this.#scene);
+    this.#view.introduce(this.#info.about);
   }
 
   /** What went wrong, in words. */
@@ -81,8 +84,10 @@ export class Stage {
     return beside_s === null ? null : span.begins_s + beside_s;
   }
 
-  #say(text: string): void {
-    if (this.#state.textContent !== text) this.#state.textContent = text;
+  #say(text: string, colour = "--muted"): void {
+    if (this.#state.textContent === text) return;
+    this.#state.textContent = text;
+    this.#state.style.color = `var(${colour})`;
   }
 
   #draw(place: Place): void {
@@ -90,8 +95,8 @@ export class Stage {
     try {
       const picture = this.buffer.chunk(place.chunk)?.picture(place.index);
       if (!picture) return;
-      this.#view.show(picture);
-      this.#say(stateOf(picture));
+      this.#view?.show(picture);
+      this.#say(...stateOf(picture));
       this.#trouble = null;
     } catch (error) {
       this.#trouble = `a picture cannot be read: ${(error as Error).message}`;
@@ -100,13 +105,15 @@ export class Stage {
 }
 
 function detailsOf({ about }: RecordingInfo): string {
-  const delay = about.delay_periods === 1 ? "1 period of delay" : `${about.delay_periods} periods of delay`;
-  const packets = `${about.network_hz} packets a second`;
-  return [about.scene, about.architecture, `${about.users.length} users`, packets, delay].join(", ");
+  const delay = `delay ${about.delay_periods} ${about.delay_periods === 1 ? "period" : "periods"}`;
+  const users = `${about.users.length} users`;
+  return [about.scene, about.architecture, users, `network ${about.network_hz} Hz`, delay].join(" · ");
 }
 
-function stateOf(picture: Picture): string {
-  if (picture.hosts.some(({ diverged }) => diverged)) return "left all bounds";
+/** In words, and in which colour. */
+function stateOf(picture: Picture): [text: string, colour: string] {
+  if (picture.hosts.some(({ diverged }) => diverged)) return ["left all bounds", "--bad"];
   const stable = picture.stable_lately ?? picture.stable;
-  return stable === null ? "" : stable ? "stable" : "not stable";
+  if (stable === null) return ["", "--muted"];
+  return stable ? ["stable", "--good"] : ["not stable", "--bad"];
 }

@@ -32,7 +32,8 @@ function userPixels(chart: Locator): Promise<number[]> {
       probe.fillRect(0, 0, 1, 1);
       return probe.getImageData(0, 0, 1, 1).data;
     });
-    const { data } = (canvas.getContext("2d") as CanvasRenderingContext2D).getImageData(0, 0, canvas.width, canvas.height);
+    const context = canvas.getContext("2d") as CanvasRenderingContext2D;
+    const { data } = context.getImageData(0, 0, canvas.width, canvas.height);
     const counts = colours.map(() => 0);
     for (let at = 0; at < data.length; at += 4) {
       colours.forEach((colour, user) => {
@@ -45,7 +46,8 @@ function userPixels(chart: Locator): Promise<number[]> {
 }
 
 const panel = (page: Page, number: number) => page.locator("#plots .panel").nth(number);
-const timeOf = async (page: Page) => Number(/[\d.]+/.exec(await panel(page, 0).locator(".panel-time").innerText())?.[0]);
+const timeOf = async (page: Page) =>
+  Number(/[\d.]+/.exec(await panel(page, 0).locator(".panel-time").innerText())?.[0]);
 
 async function saved(download: Promise<Download>, click: Promise<void>): Promise<{ name: string; bytes: Buffer }> {
   const [found] = await Promise.all([download, click]);

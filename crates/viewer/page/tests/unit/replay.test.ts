@@ -53,7 +53,11 @@ test("the present comes first, then what follows, then what was before", () => {
 /** Answers from the recording, and keeps what was asked for. */
 function server({ pictures }: Recording): { load: Load; asked: [number, number][] } {
   const asked: [number, number][] = [];
-  return { asked, load: async (from_s, to_s) => { asked.push([from_s, to_s]); return stretch(pictures, from_s, to_s); } };
+  const load: Load = async (from_s, to_s) => {
+    asked.push([from_s, to_s]);
+    return stretch(pictures, from_s, to_s);
+  };
+  return { asked, load };
 }
 
 async function filled(buffer: Buffer): Promise<void> {
@@ -116,7 +120,8 @@ test("a track joins what is here and leaves a gap where something is missing", a
   assert.equal(whole.length, made.pictures.length);
   assert.ok(Math.abs((whole.times()[10] as number) - 3) < 1e-9);
   const force = channels.findIndex(({ kind, label }) => kind === "forces" && label === "ben");
-  assert.ok(Math.abs((whole.column(force)[110] as number) - (made.pictures[110]?.hosts[1]?.fingers[0]?.force_n[0] ?? NaN)) < 1e-6);
+  const wanted_n = made.pictures[110]?.hosts[1]?.fingers[0]?.force_n[0] ?? NaN;
+  assert.ok(Math.abs((whole.column(force)[110] as number) - wanted_n) < 1e-6);
   assert.equal(whole.update(2), false, "nothing changed");
 
   const holed = { count: 3, chunk: (number: number) => (number === 1 ? undefined : buffer.chunk(number)) } as Buffer;
