@@ -35,8 +35,8 @@ export class View {
   constructor(element: HTMLElement) {
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "application");
-    this.canvas.setAttribute("aria-label", "The scene. Arrow keys turn it, plus and minus zoom; with a hand taken, arrow keys "
-      + "move the hand.");
+    this.canvas.setAttribute("aria-label", "The scene. Arrow keys turn it, plus and minus zoom; with a hand taken, "
+      + "arrow keys move the hand.");
     this.element.append(this.canvas, this.#overlay, this.#sorry);
     element.append(this.element);
     this.#drawing = this.#start();
@@ -137,10 +137,11 @@ export class View {
   }
 
   #start(): Drawing | null {
-    const context = this.canvas.getContext("webgl2", { antialias: true, alpha: true, powerPreference: "high-performance" });
+    const wanted = { antialias: true, alpha: true, powerPreference: "high-performance" } as const;
+    const context = this.canvas.getContext("webgl2", wanted);
     if (!context) {
-      this.#apologise("This browser does not draw in three dimensions (WebGL 2 is missing or switched off), so the scene "
-        + "cannot be shown. Everything else on this page works.");
+      this.#apologise("This browser does not draw in three dimensions (WebGL 2 is missing or switched off), so the "
+        + "scene cannot be shown. Everything else on this page works.");
       this.canvas.hidden = true;
       return null;
     }
@@ -152,7 +153,7 @@ export class View {
     // Where there is little room, the scene comes first.
     tools.open = this.element.clientWidth > 600;
     this.#legend.element.open = this.element.clientWidth > 1000;
-    this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics card was taken away; waiting for it."));
+    this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics were lost; waiting for them."));
     this.canvas.addEventListener("webglcontextrestored", () => { this.#apologise(""); drawing.ask(); });
     return drawing;
   }
