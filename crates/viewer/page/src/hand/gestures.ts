@@ -17,7 +17,7 @@ export function width(hold: Hold): number {
   return hold.offsets.reduce((sum, offset) => sum + Math.hypot(...offset), 0) / hold.offsets.length;
 }
 
-/** Begins where the fingers are drawn to already, or where they are: nothing jumps. `rest_m` is the hand at its widest. */
+/** Begins where the fingers are drawn to already, or where they are: nothing jumps. `rest_m`: the hand when open. */
 export function takeHold(fingers_m: Vector[], rest_m: Vector[]): Hold {
   const [centre, offsets] = centred(fingers_m);
   const widest = { centre, offsets: centred(rest_m)[1], open_m: 0 };
@@ -106,7 +106,8 @@ export function keyDirection(
   key: string, right: Vector, up: Vector, forward: Vector, space: About["space"],
 ): Vector | null {
   const signs: Record<string, [Vector, number]> = {
-    ArrowRight: [right, 1], ArrowLeft: [right, -1], ArrowUp: [up, 1], ArrowDown: [up, -1], PageUp: [forward, 1], PageDown: [forward, -1],
+    ArrowRight: [right, 1], ArrowLeft: [right, -1], ArrowUp: [up, 1], ArrowDown: [up, -1],
+    PageUp: [forward, 1], PageDown: [forward, -1],
   };
   const found = signs[key];
   if (!found) return null;

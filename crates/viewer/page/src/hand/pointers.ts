@@ -17,67 +17,87 @@ interface Grab {
 }
 
 export function listenToPointers(hand: HandOfThisPage): void {
-  const { view } = hand;
-  const grabs = new Map<number, Grab>();
-  let pinched: (Pinch & { width_m: number }) | null = null;
+  const pointers = new Pointers(hand);
+  const { element, canvas } = hand.view;
+  // Before the camera's controls hear of them.
+  const first = { capture: true, passive: false };
+  element.addEventListener("pointerdown", (event) => pointers.begin(event), first);
+  element.addEventListener("pointermove", (event) => pointers.go(event), first);
+  element.addEventListener("pointerup", (event) => pointers.end(event), first);
+  element.addEventListener("pointercancel", (event) => pointers.end(event), first);
+  element.addEventListener("wheel", (event) => wheel(hand, event), first);
+  canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+  hand.store.on("taken", ({ user }) => { if (user === null) pointers.drop(); });
+}
 
-  const begin = (event: PointerEvent) => {
-    if (event.target !== view.canvas || (event.pointerType === "mouse" && event.button !== 0)) return;
-    const found = hand.hold ? null : view.fingerAt(event.clientX, event.clientY);
-    if (!hand.hold && !(found && hand.ask(found.user)) && grabs.size === 0) return;
+class Pointers {
+  #grabs = new Map<number, Grab>();
+  #pinched: (Pinch & { width_m: number }) | null = null;
+  /** Between two pointers. */
+  #middle: Grab | null = null;
+
+  constructor(private hand: HandOfThisPage) {}
+
+  begin(event: PointerEvent): void {
+    const { hand } = this;
+    if (event.target !== hand.view.canvas || (event.pointerType === "mouse" && event.button !== 0)) return;
+    const found = hand.hold ? null : hand.view.fingerAt(event.clientX, event.clientY);
+    if (!hand.hold && !(found && hand.ask(found.user)) && this.#grabs.size === 0) return;
     // The camera does not turn with this press.
     event.stopPropagation();
-    view.canvas.focus({ preventScroll: true });
-    capture(view.canvas, event.pointerId);
-    grabs.set(event.pointerId, { at: [event.clientX, event.clientY], through: null, last: null });
-    pinched = null;
-    again();
-  };
-  const go = (event: PointerEvent) => {
-    const grab = grabs.get(event.pointerId);
-    if (!grab) return hover(hand, event);
+    hand.view.canvas.focus({ preventScroll: true });
+    capture(hand.view.canvas, event.pointerId);
+    this.#grabs.set(event.pointerId, { at: [event.clientX, event.clientY], through: null, last: null });
+    this.#again();
+  }
+
+  go(event: PointerEvent): void {
+    const grab = this.#grabs.get(event.pointerId);
+    if (!grab) return hover(this.hand, event);
     event.stopPropagation();
     grab.at = [event.clientX, event.clientY];
-    if (!hand.hold) return;
-    if (grabs.size > 1) pinchOn();
-    else drag(hand, grab);
-  };
-  const end = (event: PointerEvent) => {
-    if (!grabs.delete(event.pointerId)) return;
+    if (!this.hand.hold) return;
+    if (this.#grabs.size > 1) this.#pinch();
+    else drag(this.hand, grab);
+  }
+
+  end(event: PointerEvent): void {
+    if (!this.#grabs.delete(event.pointerId)) return;
     event.stopPropagation();
-    pinched = null;
-    again();
-  };
+    this.#again();
+  }
+
+  /** The hand is gone. */
+  drop(): void {
+    this.#grabs.clear();
+    this.#again();
+  }
+
   /** With another number of pointers, dragging begins anew from where they are. */
-  const again = () => {
-    for (const grab of grabs.values()) [grab.through, grab.last] = [null, null];
-    for (const grab of grabs.values()) drag(hand, grab);
-    view.setDragging(grabs.size > 0);
-    view.canvas.style.cursor = grabs.size > 0 ? "grabbing" : "";
-  };
-  const pinchOn = () => {
-    const [first, second] = [...grabs.values()];
+  #again(): void {
+    [this.#pinched, this.#middle] = [null, null];
+    for (const grab of this.#grabs.values()) {
+      [grab.through, grab.last] = [null, null];
+      drag(this.hand, grab);
+    }
+    this.hand.view.setDragging(this.#grabs.size > 0);
+    this.hand.view.canvas.style.cursor = this.#grabs.size > 0 ? "grabbing" : "";
+  }
+
+  /** The middle of two pointers drags the hand; what is between them closes and turns it. */
+  #pinch(): void {
+    const { hand } = this;
+    const [first, second] = [...this.#grabs.values()];
     if (!first || !second || !hand.hold) return;
     const now = pinch(first.at, second.at);
-    if (!pinched) pinched = { ...now, width_m: width(hand.hold) };
-    else hand.turn(nearAngle(now.angle_rad - pinched.angle_rad));
-    hand.spread((pinched.width_m * now.apart) / pinched.apart);
-    pinched.angle_rad = now.angle_rad;
-    const both: Grab = { ...first, at: now.middle };
-    drag(hand, both);
-    [first.through, first.last] = [both.through, both.last];
-  };
-
-  view.element.addEventListener("pointerdown", begin, { capture: true });
-  view.element.addEventListener("pointermove", go, { capture: true });
-  for (const kind of ["pointerup", "pointercancel"] as const) view.element.addEventListener(kind, end, { capture: true });
-  view.element.addEventListener("wheel", (event) => wheel(hand, event), { capture: true, passive: false });
-  view.canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  hand.store.on("taken", ({ user }) => {
-    if (user !== null) return;
-    grabs.clear();
-    again();
-  });
+    const before = (this.#pinched ??= { ...now, width_m: width(hand.hold) });
+    hand.turn(nearAngle(now.angle_rad - before.angle_rad));
+    hand.spread((before.width_m * now.apart) / before.apart);
+    before.angle_rad = now.angle_rad;
+    this.#middle ??= { at: now.middle, through: null, last: null };
+    this.#middle.at = now.middle;
+    drag(hand, this.#middle);
+  }
 }
 
 /** Moves the hand by what the pointer went since the last time. */

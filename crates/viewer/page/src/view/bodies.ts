@@ -1,7 +1,7 @@
 // Bodies: one solid, and every host's copy as a translucent ghost with an outline in its user's colour.
 import {
-  BufferAttribute, BufferGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial,
-  MeshStandardMaterial, Quaternion, Vector3, type Object3D,
+  BufferAttribute, BufferGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
+  MeshBasicMaterial, MeshStandardMaterial, Quaternion, Vector3, type Object3D,
 } from "three";
 import type { BodyPose, Picture, SurfacePicture } from "../picture.ts";
 import type { About, BodyInfo, HostIndex } from "../protocol.ts";
@@ -146,7 +146,8 @@ class Ghost {
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
     const glass = { transparent: true, opacity: 0.16, depthWrite: false, ...behind };
     this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial(glass));
-    this.#outline = new LineSegments(new EdgesGeometry(this.#rigid, EDGE_DEGREES), new LineBasicMaterial({ transparent: true }));
+    const edges = new EdgesGeometry(this.#rigid, EDGE_DEGREES);
+    this.#outline = new LineSegments(edges, new LineBasicMaterial({ transparent: true }));
     // Lines lie in the faces that they bound: they are drawn last and seen through what is in front.
     this.#outline.renderOrder = 2;
     this.#outline.material.depthTest = false;

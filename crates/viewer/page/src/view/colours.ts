@@ -16,8 +16,8 @@ export interface Colours {
 
 /** For a page whose style sheet says nothing. */
 const FALLBACK = {
-  surface: "#f7f8fa", text: "#1b2430", muted: "#5b6675", line: "#d3d9e1", accent: "#1f5fbf", good: "#1d7a46", bad: "#b3261e",
-  warning: "#945b00",
+  surface: "#f7f8fa", text: "#1b2430", muted: "#5b6675", line: "#d3d9e1", accent: "#1f5fbf", good: "#1d7a46",
+  bad: "#b3261e", warning: "#945b00",
 };
 const USERS = ["#1f6fd1", "#d1580f", "#2b8a3e", "#9c36b5", "#0b7f8c", "#c2255c", "#5f3dc4", "#7a6a00"];
 

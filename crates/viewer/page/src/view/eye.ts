@@ -61,7 +61,8 @@ export class Eye {
   keep(middle: Vector3): boolean {
     if (!this.follow) return false;
     const off = middle.clone().sub(this.controls.target);
-    const calm = CALM_SHARE * this.camera.position.distanceTo(this.controls.target) * Math.tan((this.camera.fov * Math.PI) / 360);
+    const half = this.camera.position.distanceTo(this.controls.target) * Math.tan((this.camera.fov * Math.PI) / 360);
+    const calm = CALM_SHARE * half;
     const excess = off.length() - calm;
     if (!Number.isFinite(excess) || excess < 1e-4 * calm) return false;
     off.setLength(FOLLOW_SHARE * excess);

@@ -36,7 +36,7 @@ export class Hands {
     this.#hands.forEach((hand, index) => hand.showAims(index === user ? aims_m : []));
   }
 
-  /** For this camera: rings face it, and nothing is smaller than a few pixels; `pixelAt` is how large one is there, m. */
+  /** For this camera: rings face it, and nothing is smaller than a few pixels. `pixelAt`: how large one is, m. */
   face(camera: Quaternion, pixelAt: (position: Vector3) => number): void {
     this.#hands.forEach((hand) => hand.face(camera, pixelAt, this.layout.fingerRadius));
   }

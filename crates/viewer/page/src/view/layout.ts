@@ -38,7 +38,8 @@ export function arrange(about: About, picture: Picture | null): Layout {
     radius,
     ground: groundHeight(about, low[2] ?? 0),
     grid: niceStep(radius / 4),
-    fingerRadius: about.space === "line" ? Math.max(about.finger_radius_m, 0.012) : about.finger_radius_m || 0.03 * radius,
+    fingerRadius: about.space === "line" ? Math.max(about.finger_radius_m, 0.012)
+      : about.finger_radius_m || 0.03 * radius,
     // The largest force is twice as long as the scene is wide: hands mostly do with a tenth of it.
     metresPerNewton: niceStep((2.2 * radius) / Math.max(1, about.max_force_n)),
     beside: about.users.map((_, user) => (about.space === "line" ? [0, besideLine(user), 0] : [0, 0, 0])),

@@ -89,7 +89,8 @@ export class Proxy {
   constructor(radius: number) {
     const seen = { depthTest: false, transparent: true };
     this.#dot = new Mesh(new SphereGeometry(0.4 * radius, 12, 8), new MeshBasicMaterial(seen));
-    this.#ring = new Mesh(new TorusGeometry(radius, 0.14 * radius, 8, 32), new MeshBasicMaterial({ ...seen, opacity: 0.8 }));
+    const ring = new TorusGeometry(radius, 0.14 * radius, 8, 32);
+    this.#ring = new Mesh(ring, new MeshBasicMaterial({ ...seen, opacity: 0.8 }));
     this.#ring.rotateX(Math.PI / 2);
     this.object.add(this.#dot, this.#ring);
     this.object.renderOrder = 3;
@@ -117,7 +118,8 @@ export class Arrow {
     const material = () => new MeshStandardMaterial({ roughness: 0.6 });
     this.#shaft = new Mesh(new CylinderGeometry(radius, radius, 1, 16).translate(0, 0.5, 0), material());
     this.#headLength = 6 * radius;
-    this.#head = new Mesh(new ConeGeometry(2.4 * radius, this.#headLength, 20).translate(0, this.#headLength / 2, 0), material());
+    const cone = new ConeGeometry(2.4 * radius, this.#headLength, 20).translate(0, this.#headLength / 2, 0);
+    this.#head = new Mesh(cone, material());
     this.#shaft.castShadow = true;
     this.#head.castShadow = true;
     this.object.add(this.#shaft, this.#head);
@@ -202,7 +204,8 @@ export class Ring {
 export class Rail {
   readonly object: Mesh<BufferGeometry, MeshBasicMaterial>;
   constructor(centre: Vector3, length: number, radius: number) {
-    this.object = new Mesh(new CylinderGeometry(radius, radius, length, 8).rotateZ(Math.PI / 2), new MeshBasicMaterial());
+    const along = new CylinderGeometry(radius, radius, length, 8).rotateZ(Math.PI / 2);
+    this.object = new Mesh(along, new MeshBasicMaterial());
     this.object.position.copy(centre);
   }
   colour(colour: Color): void { this.object.material.color.copy(colour); }

@@ -28,7 +28,8 @@ export class Stage {
       if (wall.normal[2] > 0.99) continue;
       const geometry = wallGeometry(wallPolygon(wall, about.walls, layout, about.space), wall, layout);
       if (!geometry) continue;
-      this.group.add(new Mesh(geometry, this.#wallFill), new LineSegments(new EdgesGeometry(geometry), this.#wallEdges));
+      const edges = new LineSegments(new EdgesGeometry(geometry), this.#wallEdges);
+      this.group.add(new Mesh(geometry, this.#wallFill), edges);
     }
     this.colour(colours);
   }

@@ -7,7 +7,9 @@ import { make, makeButton, makeCheckbox } from "./element.ts";
 import type { Layout } from "./layout.ts";
 
 /** Copies apart: what is shown, by what is said. */
-const APART: [string, number][] = [["hidden", 0], ["as they are", 1], ["10 × as far apart", 10], ["50 × as far apart", 50]];
+const APART: [string, number][] = [
+  ["hidden", 0], ["as they are", 1], ["10 × as far apart", 10], ["50 × as far apart", 50],
+];
 
 export function createTools(drawing: Drawing): HTMLDetailsElement {
   const element = make("details", "view-tools");
@@ -46,7 +48,7 @@ export class Legend {
     const touches = about.space !== "line" && about.bodies.some((body) => body.kind !== "point");
     this.#list.replaceChildren(
       ...about.users.map((name, user) => entry("ball", userColour(colours, user).getStyle(), name)),
-      ...(about.copies && about.users.length > 1 ? [entry("outline", colours.muted.getStyle(), "outline: that user's copy")] : []),
+      ...(about.copies ? [entry("outline", colours.muted.getStyle(), "outline: that user's copy")] : []),
       entry("arrow", colours.muted.getStyle(), `force on a hand, ${length(layout.metresPerNewton)} each newton`),
       ...(touches ? [
         entry("halo", phaseColour(colours, "moment-cancellation").getStyle(), "touches, being slowed down"),

@@ -1,6 +1,6 @@
 // The scene in three dimensions: a canvas, what stands over it, and what a hand has to know of both.
 import "./view.css";
-import { Vector3, type Ray } from "three";
+import { MOUSE, Vector3, type Ray } from "three";
 import type { Picture } from "../picture.ts";
 import type { About, HostIndex, Vector } from "../protocol.ts";
 import { Drawing } from "./drawing.ts";
@@ -35,7 +35,8 @@ export class View {
   constructor(element: HTMLElement) {
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "application");
-    this.canvas.setAttribute("aria-label", "The scene. Arrow keys turn it, plus and minus zoom; with a hand taken, arrow keys move the hand.");
+    this.canvas.setAttribute("aria-label", "The scene. Arrow keys turn it, plus and minus zoom; with a hand taken, "
+      + "arrow keys move the hand.");
     this.element.append(this.canvas, this.#overlay, this.#sorry);
     element.append(this.element);
     this.#drawing = this.#start();
@@ -61,7 +62,7 @@ export class View {
   setMine(user: HostIndex | null): void {
     if (!this.#drawing) return;
     this.#drawing.mine = user;
-    this.#drawing.eye.controls.mouseButtons.RIGHT = user === null ? 2 : 0;
+    this.#drawing.eye.controls.mouseButtons.RIGHT = user === null ? MOUSE.PAN : MOUSE.ROTATE;
     this.setAims([], "");
   }
 
@@ -112,8 +113,8 @@ export class View {
   /** To where the camera's right, up and forward are in the world. */
   axes(): { right: Vector; up: Vector; forward: Vector } {
     const camera = this.#drawing?.eye.camera;
-    const axis = (index: number) => new Vector3().setFromMatrixColumn((camera as NonNullable<typeof camera>).matrixWorld, index);
     if (!camera) return { right: [1, 0, 0], up: [0, 1, 0], forward: [0, 0, -1] };
+    const axis = (index: number) => new Vector3().setFromMatrixColumn(camera.matrixWorld, index);
     camera.updateMatrixWorld();
     return { right: axis(0).toArray(), up: axis(1).toArray(), forward: axis(2).negate().toArray() };
   }
@@ -136,10 +137,11 @@ export class View {
   }
 
   #start(): Drawing | null {
-    const context = this.canvas.getContext("webgl2", { antialias: true, alpha: true, powerPreference: "high-performance" });
+    const wanted = { antialias: true, alpha: true, powerPreference: "high-performance" } as const;
+    const context = this.canvas.getContext("webgl2", wanted);
     if (!context) {
-      this.#apologise("This browser does not draw in three dimensions (WebGL 2 is missing or switched off), so the scene "
-        + "cannot be shown. Everything else on this page works.");
+      this.#apologise("This browser does not draw in three dimensions (WebGL 2 is missing or switched off), so the "
+        + "scene cannot be shown. Everything else on this page works.");
       this.canvas.hidden = true;
       return null;
     }
@@ -151,7 +153,7 @@ export class View {
     // Where there is little room, the scene comes first.
     tools.open = this.element.clientWidth > 600;
     this.#legend.element.open = this.element.clientWidth > 1000;
-    this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics card was taken away; waiting for it."));
+    this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics were lost; waiting for them."));
     this.canvas.addEventListener("webglcontextrestored", () => { this.#apologise(""); drawing.ask(); });
     return drawing;
   }

@@ -12,7 +12,8 @@ before(async () => { browser = await launch(); });
 after(() => browser.close());
 
 function seats(about: About, mine: boolean): SeatsMessage {
-  return { type: "seats", seats: about.users.map((name, user) => ({ user, name, by: mine && user === 0 ? "you" : "script" })) };
+  const by = (user: number) => (mine && user === 0 ? "you" : "script");
+  return { type: "seats", seats: about.users.map((name, user) => ({ user, name, by: by(user) })) };
 }
 
 /** A page with a scene that stands still, and with Anna's hand unless `free`. */
@@ -39,6 +40,12 @@ function last(server: FakeServer): Vector[] {
   const found = points(server).at(-1);
   assert.ok(found, "no targets were sent");
   return found;
+}
+
+/** How far apart the two fingers are drawn, m. */
+function width(server: FakeServer): number {
+  const [one, two] = last(server);
+  return Math.hypot(...[0, 1, 2].map((axis) => (one?.[axis] ?? 0) - (two?.[axis] ?? 0)));
 }
 
 async function until(holds: () => boolean): Promise<void> {
@@ -128,7 +135,7 @@ test("arrow keys move, Space closes until it presses, E turns, Escape leaves", a
   await server.page.keyboard.down("ArrowRight");
   await until(() => (last(server)[0]?.[0] ?? 0) > (first[0]?.[0] ?? 0) + 0.005);
   await server.page.keyboard.up("ArrowRight");
-  const apart = () => Math.hypot(...[0, 1, 2].map((axis) => (last(server)[0]?.[axis] ?? 0) - (last(server)[1]?.[axis] ?? 0)));
+  const apart = () => width(server);
   const open_m = apart();
   await server.page.keyboard.press(" ");
   // 4 N of 150 N/m: each finger's target stops nearly 27 mm inside of the finger.
@@ -196,10 +203,12 @@ test("one touch drags, a pinch closes and a twist turns", async () => {
   await until(() => (last(server)[0]?.[0] ?? 0) < (first[0]?.[0] ?? 0) - 0.005);
   await touch(cdp, "touchEnd", []);
   const dragged = last(server);
-  const apart = () => Math.hypot(...[0, 1].map((axis) => (last(server)[0]?.[axis] ?? 0) - (last(server)[1]?.[axis] ?? 0)));
+  const apart = () => width(server);
   const wide_m = apart();
   await touch(cdp, "touchStart", [[x - 50, y], [x + 50, y]]);
-  for (let i = 1; i <= 5; i++) await touch(cdp, "touchMove", [[x - 50 + 4 * i, y + 3 * i], [x + 50 - 4 * i, y - 3 * i]]);
+  for (let i = 1; i <= 5; i++) {
+    await touch(cdp, "touchMove", [[x - 50 + 4 * i, y + 3 * i], [x + 50 - 4 * i, y - 3 * i]]);
+  }
   await until(() => apart() < 0.8 * wide_m);
   const [one, two] = last(server);
   // The second touch went up: counter-clockwise, so the finger in front, which is the first, goes to the right.
@@ -209,7 +218,9 @@ test("one touch drags, a pinch closes and a twist turns", async () => {
   await server.page.close();
 });
 
-async function touch(cdp: CDPSession, type: "touchStart" | "touchMove" | "touchEnd", at: [number, number][]): Promise<void> {
+type TouchKind = "touchStart" | "touchMove" | "touchEnd";
+
+async function touch(cdp: CDPSession, type: TouchKind, at: [number, number][]): Promise<void> {
   await cdp.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([x, y], id) => ({ x, y, id })) });
   await new Promise((resolve) => setTimeout(resolve, 30));
 }

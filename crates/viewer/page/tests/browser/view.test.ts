@@ -2,7 +2,7 @@ import { after, before, test } from "node:test";
 import assert from "node:assert/strict";
 import type { Browser, BrowserContext } from "playwright-core";
 import type { Picture } from "../../src/picture.ts";
-import type { About } from "../../src/protocol.ts";
+import type { About, BodyInfo } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
 import { launch, openPage, type FakeServer } from "./harness.ts";
@@ -27,7 +27,8 @@ async function sent(server: FakeServer, one: Picture, count = () => drawnSoFar(s
   const past = await count();
   server.sendPicture(encodePicture(one));
   // The first frame has it; another one that followed the camera may come after.
-  await server.page.waitForFunction((past) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past, past);
+  const more = (past: number) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past;
+  await server.page.waitForFunction(more, past);
   await server.page.waitForTimeout(100);
 }
 
@@ -88,7 +89,9 @@ test("copies can be hidden, and shown further apart than they are", async () => 
     await server.page.waitForTimeout(200);
     return (await findColours(server.page, canvas, [BLUE]))[0] ?? { count: NaN, x: NaN, left: NaN };
   };
-  const [asTheyAre, apart, hidden] = [await outlines("as they are"), await outlines("10 × as far apart"), await outlines("hidden")];
+  const asTheyAre = await outlines("as they are");
+  const apart = await outlines("10 × as far apart");
+  const hidden = await outlines("hidden");
   // Anna's copy is 2 mm to the left of the mean.
   assert.ok(apart.left < asTheyAre.left - 8, `${apart.left} is not far from ${asTheyAre.left}`);
   // Her fingers, in the middle, have her colour too.
@@ -100,11 +103,13 @@ test("every shape, deformed surfaces and a world out of all bounds are drawn wit
   const server = await openPage(browser);
   const body = GRASP.bodies[0];
   assert.ok(body);
-  const surface = { vertices_m: [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1], triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3] };
+  const vertices_m = [0, 0, 0, 0.1, 0, 0, 0, 0.1, 0, 0, 0, 0.1];
+  const surface = { vertices_m, triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3] };
+  const ofKind = (kind: BodyInfo["kind"]) => (kind === "hull" || kind === "mesh" ? surface : null);
   const kinds = ["point", "ball", "box", "capsule", "hull", "mesh"] as const;
   const about: About = {
     ...GRASP, space: "space",
-    bodies: kinds.map((kind) => ({ ...body, kind, radius_m: 0.03, length_m: 0.05, surface: kind === "hull" || kind === "mesh" ? surface : null })),
+    bodies: kinds.map((kind) => ({ ...body, kind, radius_m: 0.03, length_m: 0.05, surface: ofKind(kind) })),
   };
   await recolour(server, PURE);
   const one = picture(about, 0);
