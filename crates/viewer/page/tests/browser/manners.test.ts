@@ -35,7 +35,7 @@ test("a hand is taken and left, and the page says whose it is", async () => {
   server.send({ type: "seats", seats: [{ user: 1, name: "ben", by: "browser" }, { user: 2, name: "cleo", by: "you" }] });
   await saying(server, ".mine", "You move cleo's hand.");
   assert.equal(await page.locator('button[data-user="1"]').count(), 0, "another's hand cannot be taken");
-  await page.click("text=Leave");
+  await page.click(".seats >> text=Leave");
   await page.waitForTimeout(100);
   assert.equal(server.said.filter(({ type }) => type === "leave").length, 1);
   server.send({ type: "refused", what: "take", why: "ben has it" });
