@@ -138,7 +138,7 @@ export class View {
 
   #start(): Drawing | null {
     const wanted = { antialias: true, alpha: true, powerPreference: "high-performance" } as const;
-    const context = this.canvas.getContext("webgl2", wanted);
+    const context = this.canvas.getContext("webgl2", wanted) as WebGL2RenderingContext | null;
     if (!context) {
       this.#apologise("This browser does not draw in three dimensions (WebGL 2 is missing or switched off), so the "
         + "scene cannot be shown. Everything else on this page works.");
@@ -153,7 +153,8 @@ export class View {
     // Where there is little room, the scene comes first.
     tools.open = this.element.clientWidth > 600;
     this.#legend.element.open = this.element.clientWidth > 1000;
-    this.canvas.addEventListener("webglcontextlost", () => this.#apologise("The graphics were lost; waiting for them."));
+    const sorry = "The graphics were lost; waiting for them.";
+    this.canvas.addEventListener("webglcontextlost", () => this.#apologise(sorry));
     this.canvas.addEventListener("webglcontextrestored", () => { this.#apologise(""); drawing.ask(); });
     return drawing;
   }

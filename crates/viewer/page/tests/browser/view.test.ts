@@ -8,7 +8,9 @@ import { GRASP, LINE, picture, session } from "../examples.ts";
 import { launch, openPage, type FakeServer } from "./harness.ts";
 import { findColours } from "./pixels.ts";
 
-const PURE = ":root { --user-0: #0000ff !important; --user-1: #ff0000 !important; }";
+/** The legend has the users' colours too. */
+const PURE = ":root { --user-0: #0000ff !important; --user-1: #ff0000 !important; } "
+  + ".view-legend { display: none !important; }";
 const BLUE: [number, number, number] = [0, 0, 255];
 const LIME: [number, number, number] = [0, 255, 0];
 
