@@ -7,7 +7,8 @@ import { margins } from "./words.ts";
 /** Contact modes, worst first. */
 export function listModes(verdict: VerdictMessage): HTMLElement {
   const modes = verdict.modes.toSorted((a, b) => b.spectral_radius - a.spectral_radius);
-  const rows = modes.map(({ contacts, spectral_radius, stable }) => make("tr", { "data-verdict": stable ? "stable" : "unstable" },
+  const rows = modes.map(({ contacts, spectral_radius, stable }) => make("tr",
+    { "data-verdict": stable ? "stable" : "unstable" },
     make("td", {}, contacts.length === 0 ? "no contact" : contacts.join(", ")),
     make("td", { class: "figure" }, radiusText(spectral_radius)),
     make("td", { class: "verdict" }, stable ? "stable" : "unstable")));

@@ -4,7 +4,10 @@ import type { Control, MapAxis } from "../protocol.ts";
 
 const FIRST_CHOICE = {
   x: ["coupling.object_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m"],
-  y: ["coupling.remote_hand_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m", "coupling.object_object.damping_n_s_per_m"],
+  y: [
+    "coupling.remote_hand_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m",
+    "coupling.object_object.damping_n_s_per_m",
+  ],
 };
 /** Cells along an axis; the boundary between them is exact. */
 const CELLS = 48;
@@ -47,7 +50,9 @@ export class AxesChoice {
 
   constructor(changed: () => void) {
     const row = (axis: "x" | "y", arrow: string) =>
-      make("span", { class: "axis" }, make("label", { for: `map-${axis}` }, arrow, make("span", { class: "unseen" }, ` axis ${axis}`)), this.#selects[axis]);
+      make("span", { class: "axis" },
+        make("label", { for: `map-${axis}` }, arrow, make("span", { class: "unseen" }, ` axis ${axis}`)),
+        this.#selects[axis]);
     this.element = make("div", { class: "axes" }, row("y", "↑"), row("x", "→"));
     for (const axis of ["x", "y"] as const) {
       this.#selects[axis].addEventListener("change", () => { this.#choose(axis); changed(); });

@@ -105,7 +105,9 @@ function makeNumber(control: Control, heard: Heard): Field {
     id: `${id}-number`, type: "number", min: control.low, max: control.high, inputmode: "decimal",
     step: control.kind === "whole" ? 1 : "any", "aria-label": [control.label, control.unit].filter(Boolean).join(", "),
   });
-  const slider = make("input", { id, type: "range", min: 0, max: sliderSteps(control), step: 1, "aria-describedby": `${id}-help` });
+  const slider = make("input", {
+    id, type: "range", min: 0, max: sliderSteps(control), step: 1, "aria-describedby": `${id}-help`,
+  });
   const show = (value: Value) => {
     slider.value = String(toSlider(control, Number(value)));
     slider.setAttribute("aria-valuetext", withUnit(Number(value), control.unit));

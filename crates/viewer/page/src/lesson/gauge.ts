@@ -17,7 +17,10 @@ export function needleAngle(radius: number): number {
 
 export class Gauge {
   readonly element: HTMLElement;
-  #needle = makeSvg("path", { class: "needle", d: `M ${CENTRE.x - 3} ${CENTRE.y} L ${CENTRE.x} ${CENTRE.y - REACH + 6} L ${CENTRE.x + 3} ${CENTRE.y} Z` });
+  #needle = makeSvg("path", {
+    class: "needle",
+    d: `M ${CENTRE.x - 3} ${CENTRE.y} L ${CENTRE.x} ${CENTRE.y - REACH + 6} L ${CENTRE.x + 3} ${CENTRE.y} Z`,
+  });
   #number = make("output", { class: "radius" }, "…");
 
   constructor() {
@@ -60,7 +63,8 @@ function point(angle: number, distance: number): string {
 }
 
 function arc(from: number, to: number, kind: string): SVGElement {
-  return makeSvg("path", { class: `arc ${kind}`, d: `M ${point(from, REACH)} A ${REACH} ${REACH} 0 0 1 ${point(to, REACH)}` });
+  const d = `M ${point(from, REACH)} A ${REACH} ${REACH} 0 0 1 ${point(to, REACH)}`;
+  return makeSvg("path", { class: `arc ${kind}`, d });
 }
 
 function drawMark(mark: number): SVGElement[] {

@@ -41,7 +41,7 @@ class Lesson {
   #verdict: VerdictMessage | null = null;
   /** What the controls show. */
   #wanted: Settings = {};
-  /** Keys that this page has moved in this session, and when: named in every question, whatever the server has taken over. */
+  /** Keys that this page has moved in this session, and when: every question names them, whatever the server knows. */
   #touched = new Map<string, number>();
   #agreement = make("p", { class: "agreement", role: "status" });
   #growth = make("p", { class: "small muted" });
@@ -70,9 +70,12 @@ class Lesson {
     this.#again.addEventListener("click", () => this.#beginAgain());
     this.#element.append(
       make("div", { class: "verdicts" },
-        make("div", { class: "pair" }, make("div", { class: "predicted" }, make("h3", {}, "Predicted"), this.#gauge.element), this.#running.element),
+        make("div", { class: "pair" },
+          make("div", { class: "predicted" }, make("h3", {}, "Predicted"), this.#gauge.element),
+          this.#running.element),
         this.#agreement, this.#growth),
-      make("div", { class: "map-part" }, make("h3", {}, "Where it is stable"), this.#axes.element, this.#map.canvas, this.#mapState),
+      make("div", { class: "map-part" },
+        make("h3", {}, "Where it is stable"), this.#axes.element, this.#map.canvas, this.#mapState),
       make("div", { class: "controls-head" }, make("h3", {}, "Settings"), this.#again),
       this.#note, this.#controls.element, this.#help,
       make("h3", {}, "Contact modes, worst first"), this.#modes,

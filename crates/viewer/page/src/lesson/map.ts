@@ -97,7 +97,8 @@ export class StabilityMap {
   #inWords(): string {
     const [axes, here] = [this.#axes, this.#here];
     if (!axes || !here) return "Stability map";
-    return `Stability map of ${axes.x.label} and ${axes.y.label}; you are at ${readable(here.x)} and ${readable(here.y)}`;
+    const place = `${readable(here.x)} and ${readable(here.y)}`;
+    return `Stability map of ${axes.x.label} and ${axes.y.label}; you are at ${place}`;
   }
 
   #later(): void {

@@ -40,7 +40,7 @@ export function growth(verdict: Pick<VerdictMessage, "spectral_radius" | "period
   if (!Number.isFinite(rate)) return "What is stirred is gone after one pattern of ticks.";
   const seconds = (verdict.period_s * Math.LN2) / Math.abs(rate);
   if (!(seconds < 1000)) return "What is stirred neither fades nor grows.";
-  return rate > 0 ? `Any disturbance doubles every ${duration(seconds)}.` : `Any disturbance halves every ${duration(seconds)}.`;
+  return `Any disturbance ${rate > 0 ? "doubles" : "halves"} every ${duration(seconds)}.`;
 }
 
 function duration(seconds: number): string {
@@ -59,9 +59,10 @@ export function margins(margin: MarginMessage, controls: readonly Control[]): st
       : `Loss: unstable when ${readable(100 * margin.loss_rate)} % of the packets are lost.`);
   }
   for (const gain of margin.gains) {
+    const at = (factor: number) => `${readable(gain.value * factor)} (× ${readable(factor)})`;
     const limits = [
-      gain.factor === null ? null : `above ${readable(gain.value * gain.factor)} (× ${readable(gain.factor)})`,
-      gain.lower_factor === null ? null : `below ${readable(gain.value * gain.lower_factor)} (× ${readable(gain.lower_factor)})`,
+      gain.factor === null ? null : `above ${at(gain.factor)}`,
+      gain.lower_factor === null ? null : `below ${at(gain.lower_factor)}`,
     ].filter((limit) => limit !== null);
     if (limits.length > 0) words.push(`${label(gain.key, controls)}: unstable ${limits.join(" and ")}.`);
   }

@@ -44,22 +44,27 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   });
   store.on("session", ({ mode, about }) => {
     const replay = mode === "replay";
-    say(intro, replay ? "This is a recording: its hands cannot be moved." : "Take a hand and move it with mouse, touch or keys.");
+    say(intro, replay
+      ? "This is a recording: its hands cannot be moved."
+      : "Take a hand and move it with mouse, touch or keys.");
     help.hidden = replay;
     if (!replay) return;
-    list.replaceChildren(...about.users.map((name, user) => make("li", {}, swatch(user), make("span", { class: "name" }, name))));
+    list.replaceChildren(...about.users.map((name, user) =>
+      make("li", {}, swatch(user), make("span", { class: "name" }, name))));
   });
 }
 
 function showSeats(list: HTMLElement, seats: readonly Seat[], asked: number | null, act: (seat: Seat) => void): void {
-  const focused = list.contains(document.activeElement) ? (document.activeElement as HTMLElement).dataset["user"] : undefined;
+  const active = document.activeElement as HTMLElement | null;
+  const focused = list.contains(active) ? active?.dataset["user"] : undefined;
   list.replaceChildren(...seats.map((seat) => showSeat(seat, asked === seat.user, act)));
   if (focused !== undefined) list.querySelector<HTMLElement>(`button[data-user="${focused}"]`)?.focus();
 }
 
 function showSeat(seat: Seat, asked: boolean, act: (seat: Seat) => void): HTMLElement {
   const item = make("li", { "data-by": seat.by }, swatch(seat.user),
-    make("span", { class: "who" }, make("span", { class: "name" }, seat.name), make("span", { class: "by" }, WHO[seat.by])));
+    make("span", { class: "who" },
+      make("span", { class: "name" }, seat.name), make("span", { class: "by" }, WHO[seat.by])));
   if (seat.by === "browser" || seat.by === "elsewhere") return item;
   const verb = seat.by === "you" ? "Leave" : asked ? "Taking…" : "Take";
   const button = make("button", {

@@ -100,6 +100,8 @@ test("the map shows where the settings are; a click sets both", async () => {
 
   await server.page.mouse.click(box.x + box.width - 30, box.y + 30);
   await server.page.waitForSelector('.gauge[data-verdict="unstable"]');
+  // The second of the two is set a tenth of a second later.
+  await server.page.waitForTimeout(300);
   const sent = Object.assign({}, ...said(server, "set").map(({ settings }) => settings)) as Record<string, number>;
   assert.ok(sent[K_OBJECTS]! > 5000 && sent[K_REMOTE]! > 1000, JSON.stringify(sent));
   const label = await server.page.getAttribute("#lesson .map", "aria-label");
