@@ -70,7 +70,9 @@ impl Analyst {
             tell(Answer::Map(whole(&map)));
             return Ok(());
         }
-        refine(&evaluator, &x, &y, wanted, |stable| tell(Answer::Map(coarse(&x, &y, &stable))))
+        refine(&evaluator, &x, &y, wanted, |stable, complete| {
+            tell(Answer::Map(coarse(&x, &y, &stable, complete)));
+        })
     }
 }
 
@@ -88,7 +90,7 @@ fn refine(
     x: &Sweep,
     y: &Sweep,
     wanted: &dyn Fn() -> bool,
-    mut show: impl FnMut(Vec<Vec<bool>>),
+    mut show: impl FnMut(Vec<Vec<bool>>, bool),
 ) -> Result<(), SweepError> {
     let (xs, ys) = (x.values.values(), y.values.values());
     let mut known: Vec<Vec<Option<bool>>> = vec![vec![None; xs.len()]; ys.len()];
@@ -105,17 +107,18 @@ fn refine(
         }
         let at =
             |row: usize, column: usize| known[row - row % stride][column - column % stride] == Some(true);
-        show((0..ys.len()).map(|row| (0..xs.len()).map(|column| at(row, column)).collect()).collect());
+        let rows = (0..ys.len()).map(|row| (0..xs.len()).map(|column| at(row, column)).collect());
+        show(rows.collect(), stride == 1);
     }
     Ok(())
 }
 
 fn whole(map: &StabilityMap) -> Value {
-    json!({ "x": map.x, "y": map.y, "stable": map.stable, "boundary": map.boundary })
+    json!({ "x": map.x, "y": map.y, "stable": map.stable, "boundary": map.boundary, "complete": true })
 }
 
-fn coarse(x: &Sweep, y: &Sweep, stable: &[Vec<bool>]) -> Value {
-    json!({ "x": x, "y": y, "stable": stable, "boundary": [] })
+fn coarse(x: &Sweep, y: &Sweep, stable: &[Vec<bool>], complete: bool) -> Value {
+    json!({ "x": x, "y": y, "stable": stable, "boundary": [], "complete": complete })
 }
 
 fn verdict(stability: &Stability) -> Value {
@@ -177,10 +180,10 @@ mod tests {
         let (x, y) = (sweep(&x).unwrap(), sweep(&y).unwrap());
         let evaluator = Evaluator::new(&scene, &[&x.key, &y.key]).unwrap();
         let mut maps = Vec::new();
-        refine(&evaluator, &x, &y, &|| true, |stable| maps.push(stable)).unwrap();
-        assert_eq!(maps.len(), 4);
-        assert_eq!(maps[3], stability_map(&scene, &x, Some(&y), true, &|_| ()).unwrap().stable);
-        let given_up = refine(&evaluator, &x, &y, &|| false, |_| panic!("nobody wants it"));
+        refine(&evaluator, &x, &y, &|| true, |stable, complete| maps.push((stable, complete))).unwrap();
+        assert_eq!(maps.iter().map(|map| map.1).collect::<Vec<_>>(), [false, false, false, true]);
+        assert_eq!(maps[3].0, stability_map(&scene, &x, Some(&y), true, &|_| ()).unwrap().stable);
+        let given_up = refine(&evaluator, &x, &y, &|| false, |_, _| panic!("nobody wants it"));
         assert!(matches!(given_up, Err(SweepError::GivenUp)));
     }
 

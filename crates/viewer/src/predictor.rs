@@ -23,7 +23,7 @@ pub enum Answer {
     Verdict(Value),
     /// `delay_periods, loss_rate, gains, notes`.
     Margin(Value),
-    /// `x, y, stable, boundary`.
+    /// `x, y, stable, boundary, complete`; rough ones may come before the complete one.
     Map(Value),
     /// What there is no answer for, "verdict", "margin" or "map", and why.
     Failed(&'static str, String),

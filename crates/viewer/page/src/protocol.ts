@@ -158,8 +158,10 @@ export interface MapMessage {
   y: { key: string; values: number[] };
   /** One row a y, in the order of y.values. */
   stable: boolean[][];
-  /** Curves of points [x, y]. */
+  /** Curves of points [x, y]; none while the map is coarse. */
   boundary: [number, number][][];
+  /** False while the map is coarse: a finer one follows. */
+  complete: boolean;
 }
 
 /** A part of a prediction could not be had. */

@@ -1,7 +1,7 @@
 // What the page knows, and who is told when that changes. One way: messages come in, listeners draw.
 import type { Picture } from "./picture.ts";
 import type {
-  FailedMessage, MapMessage, MarginMessage, NewsMessage, RefusedMessage, SeatsMessage, ServerMessage, SessionMessage,
+  FailedMessage, HostIndex, MapMessage, MarginMessage, NewsMessage, RefusedMessage, SeatsMessage, ServerMessage, SessionMessage,
   SettingsMessage, TakenMessage, VerdictMessage,
 } from "./protocol.ts";
 
@@ -61,6 +61,11 @@ export class Store {
         break;
     }
     this.#tell(message.type, message);
+  }
+
+  /** Whose hands pointers move. */
+  pointers(): HostIndex[] {
+    return this.seats.filter(({ by }) => by === "you" || by === "browser").map(({ user }) => user);
   }
 
   takePicture(picture: Picture): void {

@@ -76,6 +76,6 @@ function mapOf(id: number, axes: { x: MapAxis; y: MapAxis }): MapMessage {
   });
   return {
     type: "map", id, x: { key: axes.x.key, values: x }, y: { key: axes.y.key, values: y },
-    stable: y.map((b) => x.map((a) => radiusAt(a, b) < 1)), boundary: [curve],
+    stable: y.map((b) => x.map((a) => radiusAt(a, b) < 1)), boundary: [curve], complete: true,
   };
 }

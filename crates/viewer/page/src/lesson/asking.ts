@@ -55,9 +55,10 @@ export class Asking {
     this.#tick();
   }
 
-  /** A part of an answer came. False when it is to an older question. */
-  answered(id: number, what: "verdict" | "margin" | "map"): boolean {
+  /** A part of an answer came, or, where it is not complete, a rough one. False when it is to an older question. */
+  answered(id: number, what: "verdict" | "margin" | "map", complete = true): boolean {
     if (id !== this.#id) return false;
+    if (!complete) return true;
     this.#waitsFor.delete(what);
     if (what === "map") this.#mapShown = this.#mapAsked;
     this.#tick();

@@ -92,7 +92,9 @@ class Lesson {
     store.on("verdict", (verdict) => this.#answered(verdict.id, "verdict", () => this.#showVerdict(verdict)));
     store.on("margin", (margin) => this.#answered(margin.id, "margin", () =>
       this.#margins.replaceChildren(listMargins(margin, this.#known()))));
-    store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map)));
+    store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map), map.complete));
+    // A hand that a pointer moves is held by another spring than its script's: another loop.
+    store.on("seats", () => this.#ask());
     store.on("failed", (failed) => this.#answered(failed.id, failed.what, () => this.#failed(failed)));
     store.on("trouble", (trouble) => { if (trouble) this.#asking.forget(); });
     this.#element.addEventListener("tabshown", () => { this.#running.redraw(); this.#ask(); });
@@ -224,14 +226,14 @@ class Lesson {
     this.#asking.wish({
       settings,
       axes: shown && axes ? { x: axisOf(axes.x), y: axisOf(axes.y) } : null,
-      mapKey: JSON.stringify([session.generation, axes?.x.key, axes?.y.key, others.sort()]),
+      mapKey: JSON.stringify([session.generation, axes?.x.key, axes?.y.key, others.sort(), this.#store.pointers()]),
       margin: shown,
     });
     this.#showBusy();
   }
 
-  #answered(id: number, what: "verdict" | "margin" | "map", show: () => void): void {
-    if (!this.#asking.answered(id, what)) return;
+  #answered(id: number, what: "verdict" | "margin" | "map", show: () => void, complete = true): void {
+    if (!this.#asking.answered(id, what, complete)) return;
     show();
     this.#showBusy();
   }
