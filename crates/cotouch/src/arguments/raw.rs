@@ -192,7 +192,7 @@ struct RunFlags {
     /// Simulated time: one thread, simulated links, the same bytes every time; no page
     #[arg(long = "virtual", conflicts_with = "serve")]
     in_virtual_time: bool,
-    /// How long, s of session time [default: 20, and for as long as a browser watches]; Ctrl-C ends it earlier
+    /// How long, s of session time [default: 20]; when not given, longer while a browser watches; Ctrl-C ends it earlier
     #[arg(long, value_name = "S", value_parser = duration, allow_negative_numbers = true)]
     duration: Option<f64>,
     #[command(flatten)]
