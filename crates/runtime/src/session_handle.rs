@@ -289,7 +289,7 @@ impl SessionHandle {
         let mut runs = Vec::new();
         for (local, host) in locals.into_iter().zip(hosts) {
             let HapticHost { station, timing, .. } = host;
-            let endpoint = local.transport.leave("the run is over");
+            let endpoint = local.transport.leave("ended on purpose");
             let peers = local.host.others(self.scene.session.users);
             let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.

@@ -39,7 +39,7 @@ mod words {
     use super::{ARCHITECTURE, SCENE, Words};
 
     pub(super) const OF_SCENE: Words = (SCENE, "Scene", "", "What is held, and by whom.");
-    pub(super) const OF_ARCHITECTURE: Words = (ARCHITECTURE, "Architecture", "", "Distributed: every computer keeps a copy of the objects; centralized: the first one computes for all.");
+    pub(super) const OF_ARCHITECTURE: Words = (ARCHITECTURE, "Architecture", "", "Distributed: every computer keeps a copy of the objects; centralized: the first one computes for all. Each has couplings of its own, which are taken too.");
     pub(super) const USERS: Words = ("session.users", "Users", "", "How many people move the object, each on a host of their own.");
     pub(super) const DELAY: Words = ("link.delay_periods", "Delay", "network periods", "How long what is sent is kept before it is used, so that late packets still count; one way when distributed, there and back when centralized.");
     pub(super) const LATENCY: Words = ("link.impairment.latency_s", "Latency", "s", "How long every packet travels, one way.");

@@ -116,6 +116,8 @@ impl Talk {
         let stage = self.stage.borrow_and_update().clone();
         if self.told.generation != Some(stage.session.generation) {
             self.told.generation = Some(stage.session.generation);
+            // A page begins anew with a session, and waits to be told what that is set to.
+            self.told.settings = None;
             say(outgoing, &stage.session.message(self.is_here)).await?;
         }
         let settings = (stage.settings, stage.note);

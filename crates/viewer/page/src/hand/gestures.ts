@@ -57,9 +57,8 @@ export function widened(hold: Hold, to_m: number): Hold {
   return { ...hold, offsets: hold.offsets.map((offset) => offset.map((part) => factor * part) as Vector) };
 }
 
-/** How hard the springs press the fingers towards each other, on average, N. */
-export function grip(hold: Hold, fingers_m: Vector[], stiffness_n_per_m: number): number {
-  const drawn = targets(hold);
+/** How hard springs that draw the fingers to `drawn` press them towards each other, on average, N. */
+export function grip(hold: Hold, drawn: Vector[], fingers_m: Vector[], stiffness_n_per_m: number): number {
   let sum = 0;
   hold.offsets.forEach((offset, index) => {
     const inward = new Vector3(...offset).normalize().negate();

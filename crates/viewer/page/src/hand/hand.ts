@@ -1,7 +1,7 @@
 // A mouse, a touch or keys as one of the users: gestures on the view become targets for fingers.
 import type { Send } from "../connection.ts";
 import type { FingerPicture } from "../picture.ts";
-import type { About, HostIndex, TakenMessage } from "../protocol.ts";
+import type { About, HostIndex, TakenMessage, Vector } from "../protocol.ts";
 import type { Store } from "../store.ts";
 import type { View } from "../view/view.ts";
 import { HandBar } from "./bar.ts";
@@ -130,6 +130,15 @@ export class HandOfThisPage {
     return this.store.latest?.hosts.find((host) => host.host === this.user)?.fingers ?? [];
   }
 
+  /** Both ends of each finger's spring: the server lets a pointer draw no faster and no further than is good. */
+  #springs(): { drawn_m: Vector[]; fingers_m: Vector[] } {
+    const fingers = this.#fingers();
+    return {
+      drawn_m: fingers.map((finger) => finger.target_m ?? finger.position_m),
+      fingers_m: fingers.map((finger) => finger.position_m),
+    };
+  }
+
   /** The first picture after taking says where the hand begins. */
   #look(): void {
     const fingers = this.#fingers();
@@ -182,7 +191,8 @@ export class HandOfThisPage {
 
   #pressed(): number {
     if (!this.hold || !this.#taken || !this.hasGrip) return 0;
-    return grip(this.hold, this.#fingers().map((finger) => finger.position_m), this.#taken.stiffness_n_per_m);
+    const { drawn_m, fingers_m } = this.#springs();
+    return grip(this.hold, drawn_m, fingers_m, this.#taken.stiffness_n_per_m);
   }
 
   #strongest(): number {
@@ -199,9 +209,9 @@ export class HandOfThisPage {
 
   #showForce(): void {
     if (!this.hold || !this.#taken) return;
-    const aims_m = targets(this.hold);
-    const force_n = pull(aims_m, this.#fingers().map((finger) => finger.position_m), this.#taken.stiffness_n_per_m);
-    this.view.setAims(aims_m, `${force_n.toFixed(1)} N`);
+    const { drawn_m, fingers_m } = this.#springs();
+    const force_n = pull(drawn_m, fingers_m, this.#taken.stiffness_n_per_m);
+    this.view.setAims(targets(this.hold), `${force_n.toFixed(1)} N`);
     this.#bar.update();
   }
 }

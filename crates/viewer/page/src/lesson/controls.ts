@@ -24,14 +24,18 @@ const GROUPS: { name: string; prefixes: string[] }[] = [
 export class Controls {
   readonly element = make("div", { class: "controls" });
   #fields = new Map<string, Field>();
+  #built = "";
   #heard: Heard;
 
   constructor(heard: Heard) {
     this.#heard = heard;
   }
 
-  /** Begins anew with other controls. */
+  /** Begins anew with these controls. The same ones stay as they are, under the hands of whoever moves them. */
   build(controls: readonly Control[]): void {
+    const built = JSON.stringify(controls);
+    if (built === this.#built) return;
+    this.#built = built;
     const focused = this.element.contains(document.activeElement) ? document.activeElement?.id : undefined;
     this.#fields = new Map(controls.map((control) => [control.key, makeField(control, this.#heard)]));
     this.element.replaceChildren(...inGroups(controls).map(({ name, members }) =>

@@ -53,6 +53,8 @@ export class Gauge {
 export function radiusText(radius: number): string {
   if (!Number.isFinite(radius)) return "–";
   const gap = Math.abs(radius - 1);
+  // Nothing grows and nothing fades, but for rounding.
+  if (gap < 1e-11) return "1";
   const digits = gap >= 1e-3 ? 4 : gap >= 1e-5 ? 6 : 9;
   return radius >= 100 ? radius.toPrecision(3) : radius.toFixed(digits);
 }

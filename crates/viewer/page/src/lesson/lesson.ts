@@ -21,7 +21,8 @@ const CLOCK = {
 /** After a move, the session is given this long to follow. */
 const SETTLED_MS = 1500;
 const MAY_CHANGE = "↻ begins the session anew. Point at a control to read what it is.";
-const MAY_ASK = "Only a browser on the computer that runs the session may change it. Here the controls ask: what if?";
+const MAY_ASK = "Settings can be changed where all users run in one program (`cotouch run`), by a browser on that "
+  + "computer. Here the controls ask: what if?";
 
 export function createLesson(element: HTMLElement, store: Store, send: Send): void {
   new Lesson(element, store, send);

@@ -20,7 +20,11 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   const list = make("ul", { class: "seats" });
   const mine = make("p", { class: "mine", role: "status" });
   const help = createHelp();
-  element.append(make("h2", {}, "Who takes part"), intro, list, mine, help);
+  const again = make("button", { type: "button" }, "Begin again");
+  again.addEventListener("click", () => send({ type: "again" }));
+  const script = make("div", { class: "script", hidden: true },
+    make("p", { class: "muted small" }, "The program moves hands by a script; when that is over, they rest."), again);
+  element.append(make("h2", {}, "Who takes part"), intro, list, mine, script, help);
 
   // The answer to a request may take a moment: until then the button says so.
   let asked: number | null = null;
@@ -42,8 +46,9 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
     say(mine, user === null ? "" : `You move ${name === undefined ? "a" : `${name}'s`} hand.`);
     settle();
   });
-  store.on("session", ({ mode, about }) => {
+  store.on("session", ({ mode, about, may_change }) => {
     const replay = mode === "replay";
+    script.hidden = replay || !may_change;
     say(intro, replay
       ? "This is a recording: its hands cannot be moved."
       : "Take a hand and move it with mouse, touch or keys.");

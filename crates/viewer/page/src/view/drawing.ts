@@ -125,15 +125,26 @@ export class Drawing {
     this.#renderer.render(this.#scene, this.eye.camera);
   }
 
-  #update({ about, bodies, hands }: Contents, picture: Picture): void {
+  #update({ about, stage, bodies, hands }: Contents, picture: Picture): void {
     bodies.apart = this.choices.apart;
     bodies.show(picture, this.mine);
     hands.show(picture, this.choices.forces);
     hands.showAims(this.mine, this.aims_m);
-    if (!this.dragging && this.eye.keep(middleOf(about, picture))) this.ask();
+    if (!this.dragging && this.#follow(about, picture)) this.ask();
+    stage.follow(this.eye.controls.target);
+    hands.follow(this.eye.controls.target.x);
     this.eye.camera.updateMatrixWorld();
     hands.face(this.eye.camera.quaternion, (position) => this.eye.pixelAt(position, this.#size.height));
   }
+
+  #follow(about: About, picture: Picture): boolean {
+    const now_ms = performance.now();
+    const step_s = Math.min(0.5, Math.max(0, now_ms - this.#followed_ms) / 1e3);
+    this.#followed_ms = now_ms;
+    const { middle, spread } = extent(about, picture);
+    return this.eye.keep(middle, spread, step_s);
+  }
+  #followed_ms = 0;
 
   /** Waits for a scene's first picture, which says where its bodies are. */
   #build(): Contents | null {
@@ -173,17 +184,17 @@ export class Drawing {
   }
 
   #coarsen(): void {
-    this.#contents?.stage.group.children.filter(isSun).forEach((sun) => { sun.castShadow = this.pace.coarseness < 2; });
+    this.#contents?.stage.group.traverse((part) => { if (isSun(part)) part.castShadow = this.pace.coarseness < 2; });
   }
 }
 
-/** The middle of everything that moves. */
-function middleOf(about: About, picture: Picture): Vector3 {
+/** The middle of everything that moves, and how far from it that reaches, m. */
+function extent(about: About, picture: Picture): { middle: Vector3; spread: number } {
   const places = picture.hosts.flatMap((host) => [
     ...host.fingers.map((finger) => finger.position_m),
     ...host.bodies.filter((_, index) => !about.bodies[index]?.fixed).map((body) => body.position_m),
-  ]);
+  ]).map((place) => new Vector3(...place));
   const middle = new Vector3();
-  places.forEach((place) => middle.addScaledVector(new Vector3(...place), 1 / places.length));
-  return middle;
+  places.forEach((place) => middle.addScaledVector(place, 1 / places.length));
+  return { middle, spread: Math.max(0, ...places.map((place) => place.distanceTo(middle))) };
 }

@@ -6,8 +6,14 @@ import type { Layout } from "./layout.ts";
 
 /** What is further from the middle of the picture than this share of half of it is followed. */
 const CALM_SHARE = 0.55;
-/** Of the way that is left, a frame. */
-const FOLLOW_SHARE = 0.06;
+/** What moves out of the middle is caught up with in about this time, s. */
+const FOLLOW_S = 0.25;
+/** What leaves this share of half the picture is caught up with at once. */
+const EDGE_SHARE = 0.9;
+/** What is followed reaches no further than this share of half the picture. */
+const ROOM_SHARE = 0.8;
+/** The camera goes back at most this many times as far as it stood. */
+const MOST_BACK = 40;
 
 export class Eye {
   readonly camera = new PerspectiveCamera(35, 1, 0.01, 50);
@@ -25,6 +31,7 @@ export class Eye {
   frame(layout: Layout, space: About["space"]): void {
     this.#layout = layout;
     this.#space = space;
+    this.#radius = layout.radius;
     this.controls.minDistance = 0.5 * layout.radius;
     this.controls.maxDistance = 12 * layout.radius;
     this.camera.near = 0.05 * layout.radius;
@@ -32,11 +39,15 @@ export class Eye {
     this.reset();
   }
   #space: About["space"] = "space";
+  #radius = 1;
+  /** How many times as far back the camera stands as it was put. */
+  #back = 1;
 
   /** From in front and above; what moves in a plane is seen from so high that no body hides the fingers behind it. */
   reset(): void {
     if (!this.#layout) return;
     const { centre, radius } = this.#layout;
+    this.#back = 1;
     // The scene's ball fits the narrower side.
     const half = Math.atan(Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect));
     const distance = ((this.#space === "space" ? 0.9 : 0.8) * radius) / Math.sin(half);
@@ -57,17 +68,45 @@ export class Eye {
     this.controls.update();
   }
 
-  /** Moves along when what matters leaves the middle of the picture. Says whether it moved. */
-  keep(middle: Vector3): boolean {
-    if (!this.follow) return false;
+  /**
+   * Moves along when what matters leaves the middle of the picture, and back when it needs more room; forward again, to
+   * where it stood, when it no longer does. `spread` is how far what matters reaches from its middle, m. Says whether
+   * it moved.
+   */
+  keep(middle: Vector3, spread: number, step_s: number): boolean {
+    if (!this.follow || !Number.isFinite(spread) || !middle.toArray().every(Number.isFinite)) return false;
+    const share = 1 - Math.exp(-step_s / FOLLOW_S);
+    const moved = this.#stepBack(spread, share);
     const off = middle.clone().sub(this.controls.target);
-    const half = this.camera.position.distanceTo(this.controls.target) * Math.tan((this.camera.fov * Math.PI) / 360);
-    const calm = CALM_SHARE * half;
-    const excess = off.length() - calm;
-    if (!Number.isFinite(excess) || excess < 1e-4 * calm) return false;
-    off.setLength(FOLLOW_SHARE * excess);
+    const half = this.#halfSeen();
+    const excess = off.length() - CALM_SHARE * half;
+    if (excess < 1e-4 * half) return moved;
+    off.setLength(Math.max(share * excess, off.length() - EDGE_SHARE * half));
     this.controls.target.add(off);
     this.camera.position.add(off);
+    this.controls.update();
+    return true;
+  }
+
+  /** Half of the narrower side of what is seen where the camera looks, m. */
+  #halfSeen(): number {
+    const distance = this.camera.position.distanceTo(this.controls.target);
+    return distance * Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect);
+  }
+
+  /** Makes room for what reaches this far, m. */
+  #stepBack(spread: number, share: number): boolean {
+    const needed = spread / ROOM_SHARE / this.#halfSeen();
+    const factor = Math.max(needed, 1 / this.#back);
+    // Small differences are left alone, so that the picture is calm.
+    if (factor < 1.02 && (factor > 0.98 || this.#back < 1.01)) return false;
+    const step = Math.min(factor ** (factor > 2 ? 1 : share), MOST_BACK / this.#back);
+    if (Math.abs(step - 1) < 1e-4) return false;
+    this.#back *= step;
+    this.camera.position.sub(this.controls.target).multiplyScalar(step).add(this.controls.target);
+    this.controls.maxDistance = 12 * this.#radius * Math.max(1, this.#back);
+    this.camera.far = 60 * this.#radius * Math.max(1, this.#back);
+    this.camera.updateProjectionMatrix();
     this.controls.update();
     return true;
   }

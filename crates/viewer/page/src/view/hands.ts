@@ -31,6 +31,11 @@ export class Hands {
     });
   }
 
+  /** Keeps the rails of hands on a line where one looks. */
+  follow(x: number): void {
+    this.#hands.forEach((hand) => hand.follow(x));
+  }
+
   /** Where the pointer itself is, for each finger of the hand that this browser moves. */
   showAims(user: HostIndex | null, aims_m: Vector[]): void {
     this.#hands.forEach((hand, index) => hand.showAims(index === user ? aims_m : []));
@@ -88,6 +93,11 @@ class Hand {
     this.#rail = new Rail(this.#beside, 2 * layout.radius, 0.12 * radius);
     this.#coupler = new Spring(0.45 * radius, 8);
     this.group.add(this.#rail.object, this.#coupler.object);
+  }
+
+  /** Keeps the rail where one looks. */
+  follow(x: number): void {
+    if (this.#rail) this.#rail.object.position.x = x;
   }
 
   show(index: number, finger: FingerPicture, forces: boolean): void {

@@ -1,7 +1,7 @@
 // What stands still: the light, the table with its grid, and the walls.
 import {
   BufferGeometry, DirectionalLight, EdgesGeometry, Float32BufferAttribute, Group, HemisphereLight, LineBasicMaterial,
-  LineSegments, Mesh, MeshBasicMaterial, PlaneGeometry, ShadowMaterial, type Material, type Object3D,
+  LineSegments, Mesh, MeshBasicMaterial, PlaneGeometry, ShadowMaterial, type Material, type Object3D, type Vector3,
 } from "three";
 import type { About } from "../protocol.ts";
 import type { Colours } from "./colours.ts";
@@ -13,6 +13,9 @@ const TABLE = 4;
 
 export class Stage {
   readonly group = new Group();
+  /** Table and sun, which go along with what is looked at. */
+  #moving = new Group();
+  #step: number;
   #sun = new DirectionalLight();
   #sky = new HemisphereLight();
   #lines = new LineBasicMaterial({ vertexColors: false, transparent: true });
@@ -21,7 +24,9 @@ export class Stage {
   #wallEdges = new LineBasicMaterial({ transparent: true, opacity: 0.7 });
 
   constructor(about: About, layout: Layout, colours: Colours) {
-    this.group.add(this.#sky, this.#sun, this.#sun.target, this.#grid(layout), this.#ground(layout));
+    this.#step = layout.grid;
+    this.#moving.add(this.#sun, this.#sun.target, this.#grid(layout), this.#ground(layout));
+    this.group.add(this.#sky, this.#moving);
     this.#light(layout);
     for (const wall of about.walls) {
       // The table is drawn as the ground is.
@@ -32,6 +37,12 @@ export class Stage {
       this.group.add(new Mesh(geometry, this.#wallFill), edges);
     }
     this.colour(colours);
+  }
+
+  /** Goes along with what is looked at, in whole steps of the grid: a line stays where it is. */
+  follow(target: Vector3): void {
+    const whole = (place: number) => this.#step * Math.round(place / this.#step);
+    this.#moving.position.set(whole(target.x), whole(target.y), 0);
   }
 
   colour(colours: Colours): void {

@@ -151,7 +151,7 @@ export class View {
     const tools = createTools(drawing);
     this.element.append(tools, this.#legend.element);
     // Where there is little room, the scene comes first.
-    tools.open = this.element.clientWidth > 600;
+    tools.open = this.element.clientWidth > 900;
     this.#legend.element.open = this.element.clientWidth > 1000;
     const sorry = "The graphics were lost; waiting for them.";
     this.canvas.addEventListener("webglcontextlost", () => this.#apologise(sorry));

@@ -32,6 +32,13 @@ async function take(server: FakeServer): Promise<void> {
   await until(() => points(server).length > 0);
 }
 
+/** The scene at rest, with anna's fingers drawn to these places. */
+function drawnTo(about: About, targets_m: Vector[]): Picture {
+  const still = picture(about, 0);
+  still.hosts[0]?.fingers.forEach((finger, index) => { finger.target_m = targets_m[index] ?? null; });
+  return still;
+}
+
 function points(server: FakeServer): Vector[][] {
   return server.said.flatMap((message) => (message.type === "point" ? [message.targets_m] : []));
 }
@@ -137,11 +144,14 @@ test("arrow keys move, Space closes until it presses, E turns, Escape leaves", a
   await server.page.keyboard.up("ArrowRight");
   const apart = () => width(server);
   const open_m = apart();
+  // A server that draws the fingers, which something holds fast, to where the page says.
+  const drawing = setInterval(() => server.sendPicture(encodePicture(drawnTo(GRASP, last(server)))), 30);
   await server.page.keyboard.press(" ");
   // 4 N of 150 N/m: each finger's target stops nearly 27 mm inside of the finger.
   await until(() => apart() < open_m - 0.045);
   await server.page.waitForTimeout(600);
   assert.ok(apart() > open_m - 0.065, `closed from ${open_m} to ${apart()}`);
+  clearInterval(drawing);
   await server.page.keyboard.press(" ");
   await until(() => apart() > open_m);
   await server.page.keyboard.down("e");

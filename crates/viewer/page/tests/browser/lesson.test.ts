@@ -79,7 +79,7 @@ test("what begins the session anew is set when it is let go; the others at once"
   assert.equal(said(server, "set").length, 1);
   await server.page.waitForTimeout(900);
   assert.deepEqual(said(server, "set").at(-1)!.settings, { "link.delay_periods": 4 });
-  await server.page.click("text=Begin again");
+  await server.page.locator("#lesson").getByText("Begin again").click();
   await server.page.waitForTimeout(100);
   assert.equal(said(server, "again").length, 1);
   await server.end();
@@ -121,7 +121,7 @@ test("who may not change the session asks what if; nothing is set, and the sessi
     document.querySelector<HTMLInputElement>("#control-coupling-remote-hand-object-stiffness-n-per-m-number")!.value === "77");
   assert.equal(await server.page.inputValue(`${SLIDER}-number`), "10000");
   assert.equal(said(server, "set").length, 0);
-  assert.ok(await server.page.isHidden("text=Begin again"));
+  assert.ok(await server.page.locator("#lesson").getByText("Begin again").isHidden());
   await server.end();
 });
 

@@ -169,7 +169,12 @@ test("a browser that draws slowly asks for fewer pictures", async () => {
 
 test("without WebGL there are words in place of the scene, and no error", async () => {
   const context = await browser.newContext();
-  await context.addInitScript(() => { HTMLCanvasElement.prototype.getContext = () => null; });
+  await context.addInitScript(() => {
+    const any = HTMLCanvasElement.prototype.getContext as (kind: string, ...rest: unknown[]) => RenderingContext | null;
+    HTMLCanvasElement.prototype.getContext = function (this: HTMLCanvasElement, kind: string, ...rest: unknown[]) {
+      return kind.startsWith("webgl") ? null : any.call(this, kind, ...rest);
+    } as typeof HTMLCanvasElement.prototype.getContext;
+  });
   const server = await openPage(withPagesOf(context));
   server.send(session(GRASP));
   server.sendPicture(encodePicture(picture(GRASP, 0)));

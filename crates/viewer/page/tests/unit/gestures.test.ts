@@ -50,15 +50,15 @@ test("fingers close along the line between them, open no wider than the hand, an
 test("one finger has nothing to close", () => {
   const hold = takeHold([[1, 2, 3]], [[0, 0, 0]]);
   assert.equal(widened(hold, 0.1), hold);
-  assert.equal(grip(hold, [[1, 2, 3]], 150), 0);
+  assert.equal(grip(hold, targets(hold), [[1, 2, 3]], 150), 0);
 });
 
 test("grip and pull are the springs' forces", () => {
   const hold = widened(takeHold(PAIR, REST), 0.03);
   // Each finger is 20 mm outside of its target.
-  near([grip(hold, PAIR, 150), pull(targets(hold), PAIR, 150)], [3, 3]);
+  near([grip(hold, targets(hold), PAIR, 150), pull(targets(hold), PAIR, 150)], [3, 3]);
   // Drawn outwards, nothing is gripped.
-  near([grip(takeHold(PAIR, REST), [[0.1, 0, 0.2], [0.1, 0, 0.2]], 100)], [-5]);
+  near([grip(takeHold(PAIR, REST), targets(takeHold(PAIR, REST)), [[0.1, 0, 0.2], [0.1, 0, 0.2]], 100)], [-5]);
 });
 
 test("a leash keeps a hold near the fingers", () => {
