@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::live::{LiveSession, numbered};
 use cotouch_runtime::real_time::{self, RealTimeOptions};
 use cotouch_runtime::record::{RecordKind, TickRecord};
 use cotouch_runtime::recording::RecordingReader;
@@ -109,6 +109,7 @@ pub(crate) fn watch(
     let progress = plan.duration_s.map(|_| Progress::new("running"));
     let mut warned = false;
     let mut looks_without_server = 0;
+    let mut growth = RecordingGrowth::default();
     while !live.has_ended() {
         // A session that can be changed tells its pages itself; its users read there what has happened.
         if !live.may_change() {
@@ -128,6 +129,9 @@ pub(crate) fn watch(
         if viewer.as_ref().is_some_and(|viewer| viewer.watchers() > 0) {
             live.is_watched(if plan.while_watched { WATCHED_S } else { 0.0 });
         }
+        if let Some(file) = &plan.recording {
+            growth.look(&numbered(file, live.scene().1));
+        }
         if let (Some(warning), false) = (live.warning(), warned) {
             warned = true;
             eprintln!("warning: {warning}");
@@ -143,6 +147,29 @@ pub(crate) fn watch(
     let scene = live.scene().0;
     let live = Arc::into_inner(live).context("something still watches the session")?;
     Ok((live.finish()?, Arc::unwrap_or_clone(scene)))
+}
+
+/// Tells of every further gigabyte of a recording: a session may go on for as long as somebody watches.
+#[derive(Default)]
+struct RecordingGrowth {
+    file: PathBuf,
+    told_gb: u64,
+}
+
+impl RecordingGrowth {
+    fn look(&mut self, file: &Path) {
+        if self.file != file {
+            *self = Self { file: file.to_owned(), told_gb: 0 };
+        }
+        let gb = file.metadata().map_or(0, |facts| facts.len() / 1_000_000_000);
+        if gb > self.told_gb {
+            self.told_gb = gb;
+            eprintln!(
+                "note: the recording {} has grown to {gb} GB; --no-record runs without",
+                file.display()
+            );
+        }
+    }
 }
 
 /// Shows recordings on a page.

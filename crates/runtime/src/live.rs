@@ -22,7 +22,7 @@ use crate::real_time::{self, RealTimeOptions, StartError};
 use crate::recorder::RecordError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::Snapshot;
-use crate::summary::Summary;
+use crate::summary::{EarlierSession, Summary};
 
 /// How the session of this number, from 2, is started when a change needs a new one: with the scene's
 /// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
@@ -86,6 +86,8 @@ struct Present {
     last: Snapshot,
     /// What happened in the session before.
     summary: Option<Result<Summary, RecordError>>,
+    /// All sessions that have ended.
+    ended: Vec<EarlierSession>,
     news: Vec<String>,
     /// Sessions on end that began because the objects had left all bounds.
     begun_anew: u32,
@@ -138,6 +140,7 @@ impl LiveSession {
             scene: Arc::new(scene),
             generation: 1,
             summary: None,
+            ended: Vec::new(),
             news: Vec::new(),
             begun_anew: 0,
             watched_until: LocalTime(i64::MIN),
@@ -293,14 +296,19 @@ impl LiveSession {
             thread::sleep(LOOK_PERIOD);
         }
         let _no_change_is_under_way = self.shared.begin_change();
-        let (handle, summary) = {
+        let (handle, summary, mut ended) = {
             let mut present = self.shared.present();
-            (present.handle.take(), present.summary.take())
+            (present.handle.take(), present.summary.take(), std::mem::take(&mut present.ended))
         };
-        handle
+        if handle.is_none() {
+            // The last one has ended already, and is told of in full.
+            ended.pop();
+        }
+        let last = handle
             .map(SessionHandle::finish)
             .or(summary)
-            .expect("a session has run, and its end is asked for once")
+            .expect("a session has run, and its end is asked for once");
+        last.map(|last| Summary { earlier: ended, ..last })
     }
 }
 

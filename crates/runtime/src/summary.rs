@@ -36,6 +36,29 @@ pub struct Summary {
     pub recording: Option<String>,
     /// The picture that was written.
     pub picture: Option<String>,
+    /// The sessions that this one followed, where settings were changed that need a new session; the first one first.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub earlier: Vec<EarlierSession>,
+}
+
+/// A session that another one followed.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct EarlierSession {
+    /// The scene's name.
+    pub scene: String,
+    /// How long it ran, s of session time.
+    pub duration_s: f64,
+    /// Whether it stayed stable.
+    pub stable: bool,
+    /// The recording that was written.
+    pub recording: Option<String>,
+}
+
+impl From<&Summary> for EarlierSession {
+    fn from(summary: &Summary) -> Self {
+        let Summary { scene, duration_s, stable, recording, .. } = summary.clone();
+        Self { scene, duration_s, stable, recording }
+    }
 }
 
 impl Summary {
@@ -60,6 +83,7 @@ impl Summary {
             users_detail: scene.users.iter().map(user).collect(),
             recording: None,
             picture: None,
+            earlier: Vec::new(),
         }
     }
 

@@ -11,6 +11,7 @@ use cotouch_runtime::live::{ChangeError, Changed, LiveSession, numbered};
 use cotouch_runtime::real_time::{RealTimeOptions, realisable, run_local, serve};
 use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::Recording;
+use cotouch_runtime::summary::Summary;
 use cotouch_scene::scene::{Impairment, Scene};
 use sessions::{assert_adds_up, assert_replays, scene};
 
@@ -42,9 +43,11 @@ fn wait_for_ticks(session: &LiveSession, ticks: u64) {
     wait_until(session, |session| done(session) >= before + ticks);
 }
 
-fn stop(session: LiveSession) {
+fn stop(session: LiveSession) -> Summary {
     session.stop();
-    assert_adds_up(&session.finish().unwrap());
+    let summary = session.finish().unwrap();
+    assert_adds_up(&summary);
+    summary
 }
 
 #[test]
@@ -82,7 +85,7 @@ fn what_the_network_does_changes_while_running() {
     let received = |session: &LiveSession| session.snapshot().0.hosts[0].links[0].received;
     let before = received(&session);
     wait_until(&session, |session| received(session) >= before + 100);
-    stop(session);
+    let _: Summary = stop(session);
 }
 
 #[test]
@@ -101,7 +104,11 @@ fn any_other_change_begins_the_next_session_with_a_recording_of_its_own() {
     session.again().unwrap();
     assert_eq!(session.scene().1, 3);
     wait_for_ticks(&session, 100);
-    stop(session);
+    let summary = stop(session);
+    let recordings: Vec<_> =
+        summary.earlier.iter().map(|session| session.recording.clone().unwrap()).collect();
+    let of = |generation| numbered(&path, generation).display().to_string();
+    assert_eq!((recordings, summary.recording), (vec![of(1), of(2)], Some(of(3))));
     for generation in 1..=3 {
         let replayed = assert_replays(&numbered(&path, generation));
         assert!(!replayed.ended_abruptly);
@@ -150,7 +157,7 @@ fn a_session_that_does_not_start_leaves_the_one_before() {
     assert!(error.to_string().contains("no such folder"), "{error}");
     assert_eq!((*session.scene().0 == first, session.scene().1), (true, 2));
     wait_for_ticks(&session, 100);
-    stop(session);
+    let _: Summary = stop(session);
 }
 
 #[test]
@@ -169,7 +176,7 @@ fn past_the_boundary_it_shakes_and_before_it_settles() {
     });
     session.change(stiff(300)).unwrap();
     wait_until(&session, |session| stable(session) == Some(true));
-    stop(session);
+    let _: Summary = stop(session);
 }
 
 #[test]
@@ -193,7 +200,7 @@ fn a_world_that_left_all_bounds_begins_anew() {
     session.change(real_scene(&[])).unwrap();
     wait_for_ticks(&session, 300);
     assert!(session.snapshot().0.hosts.iter().all(|host| !host.diverged));
-    stop(session);
+    let _: Summary = stop(session);
 }
 
 #[test]
@@ -221,7 +228,7 @@ fn predictions_are_for_what_a_real_network_can_play() {
     assert_eq!((would_run.link.delay_periods, would_run.link.impairment.latency_s), (1, 0.05));
     assert!(note.unwrap().contains("delay_periods"));
     wait_for_ticks(&session, 1);
-    stop(session);
+    let _: Summary = stop(session);
 }
 
 #[test]

@@ -33,6 +33,11 @@ pub(super) fn text(summary: &Summary) -> String {
     if let Some(file) = &summary.recording {
         row("recording", file.clone());
     }
+    for session in &summary.earlier {
+        let verdict = if session.stable { "stable" } else { "unstable" };
+        let file = session.recording.as_deref().unwrap_or("not recorded");
+        row("before", format!("{}, {:.1} s, {verdict}, {file}", session.scene, session.duration_s));
+    }
     if let Some(file) = &summary.picture {
         row("picture", file.clone());
     }

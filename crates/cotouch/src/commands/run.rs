@@ -171,6 +171,17 @@ fn warn_about_the_network(address: SocketAddr) {
     }
 }
 
+/// A picture of more than this much of a recording, bytes, would take long and show nothing that one can tell apart.
+const LARGEST_DRAWN: u64 = 256 << 20;
+
+fn is_drawn(recording: &Path) -> bool {
+    let is_small = recording.metadata().is_ok_and(|facts| facts.len() <= LARGEST_DRAWN);
+    if !is_small {
+        eprintln!("note: no picture is drawn of a recording of more than {} MB", LARGEST_DRAWN >> 20);
+    }
+    is_small
+}
+
 /// Writes the picture, says what happened, and judges.
 fn conclude(
     scene: &Scene,
@@ -180,7 +191,7 @@ fn conclude(
 ) -> Result<Verdict, Failure> {
     summary.predicted = predicted;
     // Of the session that ran last, where there were several.
-    if let Some(recording) = summary.recording.as_deref().map(Path::new) {
+    if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {
         let picture = recording.with_extension("svg");
         let headline = report::headline(&summary);
         let trace = session::trace_of(scene, recording)?;

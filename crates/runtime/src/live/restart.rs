@@ -100,9 +100,13 @@ impl Shared {
         };
         let summary = handle.map(SessionHandle::finish);
         let mut present = self.present();
-        if let Some(Err(error)) = &summary {
-            let news = error.to_string();
-            present.news.push(news);
+        match &summary {
+            Some(Ok(summary)) => present.ended.push(summary.into()),
+            Some(Err(error)) => {
+                let news = error.to_string();
+                present.news.push(news);
+            }
+            None => {}
         }
         present.summary = summary.or(present.summary.take());
         Ok(())
