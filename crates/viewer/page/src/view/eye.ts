@@ -50,7 +50,7 @@ export class Eye {
     this.#back = 1;
     // The scene's ball fits the narrower side.
     const half = Math.atan(Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect));
-    const distance = ((this.#space === "space" ? 0.9 : 0.8) * radius) / Math.sin(half);
+    const distance = ((this.#space === "space" ? 0.9 : 0.87) * radius) / Math.sin(half);
     const [out, up] = this.#space === "plane" ? [0.38, 0.925] : this.#space === "line" ? [0.75, 0.66] : [0.84, 0.54];
     this.controls.target.set(...centre);
     this.camera.position.set(centre[0], centre[1] - out * distance, centre[2] + up * distance);
