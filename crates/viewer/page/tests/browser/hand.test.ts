@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, SeatsMessage, Vector } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { launch, openPage, type FakeServer } from "./harness.ts";
+import { launch, openPage, openTools, type FakeServer } from "./harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });
@@ -165,6 +165,7 @@ test("arrow keys move, Space closes until it presses, E turns, Escape leaves", a
 test("keys that are meant for a field do not move the hand", async () => {
   const server = await open(GRASP);
   const first = last(server);
+  await openTools(server.page);
   await server.page.getByLabel("Copies").focus();
   await server.page.keyboard.press("ArrowDown", { delay: 300 });
   await server.page.waitForTimeout(300);

@@ -89,6 +89,11 @@ function withResolvers<T>(): { promise: Promise<T>; resolve: (value: T) => void 
   return { promise, resolve };
 }
 
+/** Opens what stands over a view, where there was no room for it. */
+export async function openTools(page: Page): Promise<void> {
+  await page.locator("details.view-tools").evaluateAll((all) => all.forEach((tools) => { (tools as HTMLDetailsElement).open = true; }));
+}
+
 /** The real program with its page. */
 export interface Program {
   url: string;

@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, BodyInfo } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { launch, openPage, type FakeServer } from "./harness.ts";
+import { launch, openPage, openTools, type FakeServer } from "./harness.ts";
 import { findColours } from "./pixels.ts";
 
 /** The legend has the users' colours too. */
@@ -87,6 +87,7 @@ test("copies can be hidden, and shown further apart than they are", async () => 
   await drawn(server, GRASP, moved(GRASP, 0));
   const canvas = server.page.locator("canvas").first();
   const outlines = async (words: string) => {
+    await openTools(server.page);
     await server.page.getByLabel("Copies").selectOption({ label: words });
     await server.page.waitForTimeout(200);
     return (await findColours(server.page, canvas, [BLUE]))[0] ?? { count: NaN, x: NaN, left: NaN };
@@ -144,6 +145,7 @@ test("arrow keys turn a view that has the focus, and the view can be reset", asy
   for (let i = 0; i < 6; i++) await server.page.keyboard.press("ArrowRight");
   await server.page.waitForTimeout(200);
   const turned = await where();
+  await openTools(server.page);
   await server.page.getByRole("button", { name: "Reset view" }).click();
   await server.page.waitForTimeout(200);
   const reset = await where();
