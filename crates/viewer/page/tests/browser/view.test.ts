@@ -70,6 +70,23 @@ for (const scheme of ["light", "dark"] as const) {
   });
 }
 
+test("what swings far away stays in the picture", async () => {
+  const server = await openPage(browser);
+  await recolour(server, PURE);
+  await drawn(server, LINE, picture(LINE, 0));
+  // Both hands and copies metres apart, metres away: within a scene of 20 cm.
+  const far = picture(LINE, 0);
+  far.hosts.forEach((host, index) => {
+    const x = 5 + (index === 0 ? -2 : 2);
+    for (const finger of host.fingers) finger.position_m = [x, 0, 0];
+    for (const body of host.bodies) body.position_m = [x, 0, 0];
+  });
+  for (let i = 0; i < 20; i++) await sent(server, far);
+  const [blue, red] = await findColours(server.page, server.page.locator("canvas").first(), [BLUE, [255, 0, 0]]);
+  assert.ok((blue?.count ?? 0) > 10 && (red?.count ?? 0) > 10, `${blue?.count} and ${red?.count} pixels`);
+  await server.page.close();
+});
+
 test("the colours of another theme are taken over at once", async () => {
   const server = await openPage(browser);
   await drawn(server, LINE, picture(LINE, 0));
