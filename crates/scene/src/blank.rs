@@ -5,8 +5,10 @@ use glam::DVec3;
 use crate::names::HostIndex;
 use crate::scene::{
     Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, GovernorLimits,
-    Ground, Hand, Impairment, Integrator, Link, Object, PlayOut, Rates, RotationalSpringDamper, Scene,
-    Session, Shape, ShapeKind, Space, SpringDamper, User, VelocityEstimate, Wall, WallPlane, WallSides, Way,
+    Ground, Hand, Impairment, Integrator, Link, LocalModel, LocalModelKind, Object, PlayOut, Rates,
+    ReturnedForce, RotationalSpringDamper, Scene, Session, Shape, ShapeKind, Soft, SoftMeshKind,
+    SoftMeshSource, SoftModel, Space, SpringDamper, StiffnessFrom, SurfaceHold, User, VelocityEstimate, Wall,
+    WallPlane, WallSides, Way,
 };
 use crate::time::Rate;
 
@@ -26,7 +28,7 @@ pub(crate) fn scene(name: String) -> Scene {
             peer_timeout_s: 0.0,
             peer_fade_s: 0.0,
         },
-        rates: Rates { control_hz: one_hz, network_hz: one_hz },
+        rates: Rates { control_hz: one_hz, network_hz: one_hz, simulation_hz: one_hz },
         link: Link {
             delay_periods: 0,
             return_delay_periods: 0,
@@ -93,8 +95,55 @@ pub(crate) fn scene(name: String) -> Scene {
             soft_start_s: 0.0,
             release_s: 0.0,
             damping_n_s_per_m: 0.0,
+            passivity_control: false,
+        },
+        soft: soft(),
+        local_model: LocalModel {
+            kind: LocalModelKind::P,
+            stiffness_n_per_m: 0.0,
+            stiffness_ratio: 0.0,
+            integral_n_per_m: 0.0,
+            integral_ratio: 0.0,
+            stiffness_from: StiffnessFrom::Body,
+            returned_force: ReturnedForce::Mean,
+            hold: SurfaceHold::Zero,
+            result_delay_periods: 0,
+            exit_threshold_m: 0.0,
+            entry_threshold_m: 0.0,
+            threshold_force_n: 0.0,
+            drain_periods: 0.0,
+            sides: WallSides::One,
+            friction: 0.0,
         },
         users: Vec::new(),
+    }
+}
+
+fn soft() -> Soft {
+    Soft {
+        model: SoftModel::None,
+        mesh: SoftMeshSource {
+            generator: SoftMeshKind::File,
+            file: String::new(),
+            scale: 1.0,
+            size_m: DVec3::ZERO,
+            cells: [1; 3],
+            radius_m: 0.0,
+            edge_m: 0.0,
+            stiffness_n_per_m: 0.0,
+            origin_m: DVec3::ZERO,
+        },
+        young_pa: 0.0,
+        poisson_ratio: 0.0,
+        density_kg_per_m3: 0.0,
+        mass_damping_per_s: 0.0,
+        stiffness_damping_s: 0.0,
+        newton_steps: 1,
+        quasi_static: false,
+        skin_thickness_m: 0.0,
+        skin_stretch: 1.0,
+        fixed: Vec::new(),
+        nodes: None,
     }
 }
 

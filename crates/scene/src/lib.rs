@@ -47,6 +47,7 @@ pub mod overrides;
 pub mod reference;
 pub mod scene;
 pub mod schema;
+pub mod soft_mesh;
 pub mod source;
 pub mod time;
 mod tree;

@@ -68,6 +68,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
 
     Key::new("rates.control_hz", Kind::Rate { min: 1, max: 20_000 }, Is("1024"), "Hz", "Haptic rate, 1/T_c: forces are computed so often.", at!(rates.control_hz)),
     Key::new("rates.network_hz", Kind::Rate { min: 1, max: 20_000 }, Is("128"), "Hz", "Network rate, 1/T_t: states are sent so often; at most the haptic rate.", at!(rates.network_hz)),
+    Key::new("rates.simulation_hz", Kind::Rate { min: 1, max: 20_000 }, Is("60"), "Hz", "Rate of the slow simulation of a soft object; at most the haptic rate.", at!(rates.simulation_hz)),
 
     Key::new("link.delay_periods", Kind::Count { min: 0, max: 64 }, Is("1"), "network periods", "n: from sampling to use; one way when distributed, the round trip when centralized.", at!(link.delay_periods)),
     Key::new("link.return_delay_periods", Kind::Count { min: 0, max: 64 }, Is("0"), "network periods", "The part of link.delay_periods on the force's way back from the server; without effect when distributed.", at!(link.return_delay_periods)),
@@ -138,6 +139,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("governor.soft_start_s", FADE, Is("0.25"), "s", "Time in which forces fade in at the start; 0 is at once.", at!(governor.soft_start_s)),
     Key::new("governor.release_s", FADE, Is("0.1"), "s", "Time in which forces fade out on a stop, a lost link or a fault; 0 is at once.", at!(governor.release_s)),
     Key::new("governor.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "Damping that the governor adds at the device.", at!(governor.damping_n_s_per_m)),
+    Key::new("governor.passivity_control", Kind::Flag, Is("false"), "", "Whether the governor brakes a finger that got more energy from the session than it put in.", at!(governor.passivity_control)),
 ];
 
 /// What the tables of a scene are about.

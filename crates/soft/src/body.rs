@@ -1,0 +1,157 @@
+//! What haptics knows of a soft body.
+
+use cotouch_scene::scene::{Scene, SoftModel};
+use glam::DVec3;
+use nalgebra::DMatrix;
+use serde::{Deserialize, Serialize};
+
+use crate::linear::LinearBody;
+
+/// A point of the material: a weighted mean of nodes. A point of the surface has three nodes (and a weight 0), one inside
+/// a tetrahedron four. The weights sum to 1.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct MaterialPoint {
+    /// Which nodes.
+    pub nodes: [u32; 4],
+    /// How much each counts.
+    pub weights: [f64; 4],
+}
+
+impl MaterialPoint {
+    /// On a triangle with these nodes and barycentric weights.
+    #[must_use]
+    pub fn on_triangle(nodes: [u32; 3], weights: [f64; 3]) -> Self {
+        let ([a, b, c], [wa, wb, wc]) = (nodes, weights);
+        Self { nodes: [a, b, c, a], weights: [wa, wb, wc, 0.0] }
+    }
+
+    /// Where it is when the nodes are at `positions_m`.
+    ///
+    /// # Panics
+    /// When a node does not exist.
+    #[must_use]
+    pub fn at(&self, positions_m: &[DVec3]) -> DVec3 {
+        let place = |(&node, &weight): (&u32, &f64)| positions_m[node as usize] * weight;
+        self.nodes.iter().zip(&self.weights).map(place).sum()
+    }
+}
+
+/// A force on a point of the material, N, world frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PointForce {
+    /// Where.
+    pub at: MaterialPoint,
+    /// N.
+    pub force_n: DVec3,
+}
+
+/// Everything about a soft body that changes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SoftState {
+    /// Of every node, fixed ones included, m.
+    pub positions_m: Vec<DVec3>,
+    /// Of every node, m/s; zero in a quasi-static body.
+    pub velocities_m_per_s: Vec<DVec3>,
+}
+
+/// What energy a body has, J.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SoftEnergy {
+    /// Of deformation, from rest.
+    pub elastic_j: f64,
+    /// Of motion.
+    pub kinetic_j: f64,
+    /// In gravity, from rest.
+    pub potential_j: f64,
+}
+
+impl SoftEnergy {
+    /// All of it.
+    #[must_use]
+    pub fn total_j(&self) -> f64 {
+        self.elastic_j + self.kinetic_j + self.potential_j
+    }
+}
+
+/// Why there is no answer about a soft body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SoftError {
+    /// Something holds the body in no direction, or too little of it.
+    #[error("the body is not held: {0}")]
+    NotHeld(String),
+    /// A static equilibrium that iteration does not find.
+    #[error("no equilibrium was found: {0}")]
+    NoEquilibrium(String),
+    /// A point that is not in the body.
+    #[error("the point ({}, {}, {}) m is {distance_m} m outside of the body", .point_m.x, .point_m.y, .point_m.z)]
+    Outside {
+        /// The point.
+        point_m: DVec3,
+        /// How far it is from the nearest point of the body, m.
+        distance_m: f64,
+    },
+    /// Material or mesh with which this technique cannot work.
+    #[error("{0}")]
+    Unsuitable(String),
+}
+
+/// A soft body, whatever the technique of its simulation. A clone is independent; two that were stepped alike are equal.
+pub trait SoftBody: Send + Sync {
+    /// Where the nodes rest, m.
+    fn rest_m(&self) -> &[DVec3];
+
+    /// The surface: three nodes each, counter-clockwise seen from outside.
+    fn triangles(&self) -> &[[u32; 3]];
+
+    /// Where the nodes are and how they move.
+    fn state(&self) -> &SoftState;
+
+    /// Puts the body into another state (of as many nodes; fixed nodes stay where they rest).
+    fn set_state(&mut self, state: &SoftState);
+
+    /// One period of the simulation under `forces` (gravity comes on top). Never fails: inverted elements recover, and a
+    /// state that is not finite is replaced by the last one at rest in it.
+    fn step(&mut self, forces: &[PointForce]);
+
+    /// The static equilibrium under `forces` and gravity, from the present state.
+    ///
+    /// # Errors
+    /// When the body is not held, or iteration does not converge.
+    fn settle(&mut self, forces: &[PointForce]) -> Result<(), SoftError>;
+
+    /// The joint static compliance of `points` about rest, m/N, 3m × 3m: displacement of point i for a unit force at point j.
+    /// `None` from a technique that cannot tell.
+    fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>>;
+
+    /// The step's exact linearisation about the present state, for constant forces in whose equilibrium it is.
+    fn linear(&self) -> Option<LinearBody>;
+
+    /// Energy in the present state.
+    fn energy(&self) -> SoftEnergy;
+
+    /// Von Mises stress at every node (of a spring network: tension per area, an estimate), Pa; fills `stress`.
+    fn stress_pa(&self, stress: &mut Vec<f32>);
+
+    /// Length of a period, s.
+    fn period_s(&self) -> f64;
+
+    /// The same body once more.
+    fn boxed_clone(&self) -> Box<dyn SoftBody>;
+}
+
+impl Clone for Box<dyn SoftBody> {
+    fn clone(&self) -> Self {
+        self.boxed_clone()
+    }
+}
+
+/// The soft body of a scene, at rest.
+///
+/// # Errors
+/// When the scene has none, or its technique cannot work with mesh or material.
+pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
+    match scene.soft.model {
+        SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
+        SoftModel::MassSpring | SoftModel::Corotational | SoftModel::Balloon => todo!(),
+    }
+}

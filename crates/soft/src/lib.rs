@@ -1,0 +1,17 @@
+//! Soft bodies that are simulated slowly (20 to 60 Hz): one step is a pure function, whatever the technique.
+//!
+//! Haptics knows a soft body through [`SoftBody`] only, as the paper asks (Barbagli, Salisbury & Prattichizzo 2003, §2):
+//! where its nodes are, what a step under forces at material points does to them, and, if the technique can tell, how
+//! compliant it is where it is touched.
+//!
+//! ```text
+//! backward Euler      M·(v⁺ − v) = h·(f_ext + f_int(x + h·v⁺) − C·v⁺),   x⁺ = x + h·v⁺,   C = α·M + β·K
+//! quasi-static        f_ext + f_int(x⁺) = 0
+//! joint compliance    W = J·K⁻¹·Jᵀ, K at rest, J the weights of the material points
+//! ```
+
+pub mod body;
+pub mod linear;
+
+pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
+pub use linear::{LinearBody, ReducedBody};
