@@ -81,7 +81,10 @@ fn contact(message: &types::Contact) -> Result<ContactRecord, MalformedMessage> 
     let surface = match (message.touched_body, message.touched_wall) {
         (Some(body), None) => ContactSurface::Body(from_1("body", body)?),
         (None, Some(wall)) => ContactSurface::Wall(from_1("wall", wall)?),
-        _ => return Err(MalformedMessage::Missing("a contact with neither a body nor a wall")),
+        (None, None) => ContactSurface::Soft,
+        (Some(_), Some(_)) => {
+            return Err(MalformedMessage::Missing("a contact with either a body or a wall"));
+        }
     };
     let phase = match (message.phase(), message.pulses_left) {
         (types::contact::Phase::Free, None) => Phase::Free,

@@ -104,6 +104,7 @@ fn contact(contact: &ContactRecord) -> types::Contact {
     match contact.surface {
         ContactSurface::Body(body) => message.touched_body = Some(from_1(body)),
         ContactSurface::Wall(wall) => message.touched_wall = Some(from_1(wall)),
+        ContactSurface::Soft => {}
     }
     if let Phase::MomentCancellation { pulses_left } = contact.phase {
         message.pulses_left = Some(pulses_left);
