@@ -16,6 +16,7 @@ const LIMITS: GovernorLimits = GovernorLimits {
     soft_start_s: 0.05,
     release_s: 0.03,
     damping_n_s_per_m: 0.0,
+    passivity_control: false,
 };
 
 fn control() -> Rate {
@@ -237,6 +238,7 @@ fn any_limits() -> impl Strategy<Value = GovernorLimits> {
                 soft_start_s,
                 release_s,
                 damping_n_s_per_m,
+                passivity_control: false,
             }
         },
     )
