@@ -11,6 +11,7 @@
 //! ```
 
 pub mod body;
+pub mod factor;
 pub mod linear;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
