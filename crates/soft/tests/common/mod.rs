@@ -4,6 +4,7 @@
 
 use std::sync::Arc;
 
+use cotouch_scene::builtin;
 use cotouch_scene::scene::{FixedRegion, Scene, SoftModel};
 use cotouch_scene::soft_mesh::SoftMesh;
 use cotouch_soft::{LinearBody, PointForce, SoftBody, SoftState};
@@ -12,7 +13,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
 pub fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
-    let mut scene = cotouch_scene::builtin::scene("single-axis").expect("it is built in");
+    let mut scene = cotouch_scene::source::load(builtin::source("single-axis").expect("it is built in"), &[])
+        .expect("and good");
     scene.rates.simulation_hz = "60".parse().expect("a rate");
     scene.gravity_m_per_s2 = DVec3::ZERO;
     let soft = &mut scene.soft;
