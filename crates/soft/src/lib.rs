@@ -11,6 +11,7 @@
 //! ```
 
 pub mod body;
+pub mod corotational;
 pub mod factor;
 mod implicit;
 pub mod linear;
@@ -18,4 +19,5 @@ mod mass_spring;
 mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
+pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
