@@ -246,7 +246,7 @@ fn corners(vertices: &[DVec3], triangle: [u32; 3]) -> [DVec3; 3] {
 }
 
 /// The lowest and the highest corner of the box around `vertices`.
-fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
+pub(crate) fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     vertices.iter().fold(start, |(low, high), &vertex| (low.min(vertex), high.max(vertex)))
 }

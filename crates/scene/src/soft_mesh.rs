@@ -10,8 +10,10 @@ use crate::mesh::{TriangleMesh, Triangles};
 use crate::scene::{FixedRegion, Soft, SoftMeshKind, SoftMeshSource, SoftModel};
 
 mod error;
+mod fill;
 pub mod generators;
 mod held;
+pub mod solids;
 mod topology;
 
 pub use error::SoftMeshError;
@@ -51,9 +53,14 @@ impl SoftMesh {
                 Self::of_tetrahedra(nodes, tetrahedra)?
             }
             SoftMeshKind::Balloon => balloon(source)?,
-            SoftMeshKind::Ball | SoftMeshKind::Organ | SoftMeshKind::File => {
-                return Err(SoftMeshError::Empty);
+            SoftMeshKind::Ball => {
+                solids::ball(source.radius_m, edge_m(source, 2.0 * source.radius_m), source.origin_m)?
             }
+            SoftMeshKind::Organ => {
+                let edge_m = edge_m(source, 2.0 * source.size_m.max_element());
+                solids::organ(source.size_m, edge_m, source.origin_m)?
+            }
+            SoftMeshKind::File => return Err(SoftMeshError::Empty),
         };
         let mesh = if soft.model == SoftModel::Balloon { mesh.skin() } else { mesh };
         mesh.check_held(&soft.fixed)?;
@@ -92,6 +99,17 @@ impl SoftMesh {
         self.tetrahedra.clear();
         self.drop_unused();
         self
+    }
+
+    /// Within the surface, m³; 0 of a spring.
+    #[must_use]
+    pub fn volume_m3(&self) -> f64 {
+        if self.tied_n_per_m > 0.0 {
+            return 0.0;
+        }
+        let middle = self.nodes_m.iter().sum::<DVec3>() / self.nodes_m.len().max(1) as f64;
+        let at = |node: u32| self.nodes_m[node as usize] - middle;
+        self.triangles.iter().map(|&[a, b, c]| at(a).dot(at(b).cross(at(c))) / 6.0).sum()
     }
 
     /// Which nodes rest in a fixed region.

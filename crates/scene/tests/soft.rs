@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Scene, SoftMeshKind, SoftModel};
-use cotouch_scene::soft_mesh::SoftMesh;
+use cotouch_scene::soft_mesh::{SoftMesh, solids};
 use cotouch_scene::{Override, parse, scene_hash, to_toml, with_override};
 use glam::DVec3;
 
@@ -177,4 +177,48 @@ fn what_does_not_go_with_a_soft_object_is_told() {
         told(&soft("\"liver.msh\"", "corotational", LOWER_HALF), &["soft.mesh=/nowhere/liver.msh"]),
     ];
     insta::assert_snapshot!(messages.join("\n"));
+}
+
+/// The least and the mean shape of tetrahedra: 1 is a regular one.
+fn shapes(mesh: &SoftMesh) -> (f64, f64) {
+    let shape = |four: &[u32; 4]| {
+        let [a, b, c, d] = four.map(|node| mesh.nodes_m[node as usize]);
+        let longest =
+            [b - a, c - a, d - a, c - b, d - b, d - c].map(DVec3::length).into_iter().fold(0.0, f64::max);
+        2f64.sqrt() * (b - a).dot((c - a).cross(d - a)) / longest.powi(3)
+    };
+    let all: Vec<f64> = mesh.tetrahedra.iter().map(shape).collect();
+    (all.iter().copied().fold(1.0, f64::min), all.iter().sum::<f64>() / all.len() as f64)
+}
+
+/// The mean length of the edges of tetrahedra, m.
+fn mean_edge(mesh: &SoftMesh) -> f64 {
+    let at = |node: u32| mesh.nodes_m[node as usize];
+    let pairs = [(0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
+    let lengths =
+        mesh.tetrahedra.iter().flat_map(|four| pairs.map(|(i, j)| at(four[i]).distance(at(four[j]))));
+    lengths.clone().sum::<f64>() / lengths.count() as f64
+}
+
+#[test]
+fn a_ball_is_filled_with_good_tetrahedra() {
+    let mesh = solids::ball(0.05, 0.0125, DVec3::Y).unwrap();
+    let (least, mean) = shapes(&mesh);
+    println!("{} tetrahedra, {least} {mean} edge {}", mesh.tetrahedra.len(), mean_edge(&mesh));
+    let (whole, within) = volumes(&mesh);
+    assert!((whole / within - 1.0).abs() < 1e-9);
+    let sphere = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
+    println!("volume {}", mesh.volume_m3() / sphere);
+    let on_surface = |&node: &u32| (mesh.nodes_m[node as usize].distance(DVec3::Y) - 0.05).abs() < 1e-9;
+    assert!(mesh.triangles.iter().flatten().all(on_surface));
+    assert_eq!(euler(&mesh), 2);
+    let organ = solids::organ(DVec3::new(0.12, 0.06, 0.05), 0.03, DVec3::ZERO).unwrap();
+    println!(
+        "organ {} {} {:?} edge {} euler {}",
+        organ.tetrahedra.len(),
+        organ.nodes_m.len(),
+        shapes(&organ),
+        mean_edge(&organ),
+        euler(&organ)
+    );
 }
