@@ -138,7 +138,9 @@ impl HostModel {
         let samples = |host: HostIndex| self.play_out_periods[host.index()] as usize + 18;
         let peers: usize =
             self.sources().map(|host| 256 + samples(host) * (16 + entries(host) * ENTRY)).sum();
-        4096 + peers + self.bodies.len() * ENTRY + self.contacts.slots() * CONTACT
+        4096 + peers
+            + self.bodies.len() * ENTRY
+            + self.contacts.slots() * CONTACT
             + self.soft_slots() * SOFT_CONTACT
     }
 }

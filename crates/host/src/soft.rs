@@ -112,3 +112,14 @@ impl PartialEq for SoftHostState {
             && period(&self.previous) == period(&other.previous)
     }
 }
+
+impl SoftHostState {
+    /// Before the first tick, with so many finger slots.
+    pub(crate) fn new(slots: usize) -> Self {
+        Self {
+            contacts: vec![LocalContact::default(); slots],
+            returned_n: vec![DVec3::ZERO; slots],
+            ..Self::default()
+        }
+    }
+}

@@ -78,8 +78,10 @@ impl SoftContacts {
     fn gains(&self, soft: &SoftHostState, tick: u64) -> LocalGains {
         let ko_n_per_m = self.ko_n_per_m(soft, tick);
         let ticks = self.ticks_of_period(tick) as f64;
-        let absolute_or = |absolute: f64, ratio: f64| if absolute > 0.0 { absolute } else { ratio * ko_n_per_m };
-        let LocalModel { stiffness_n_per_m, stiffness_ratio, integral_n_per_m, integral_ratio, .. } = self.model;
+        let absolute_or =
+            |absolute: f64, ratio: f64| if absolute > 0.0 { absolute } else { ratio * ko_n_per_m };
+        let LocalModel { stiffness_n_per_m, stiffness_ratio, integral_n_per_m, integral_ratio, .. } =
+            self.model;
         LocalGains {
             stiffness_n_per_m: absolute_or(stiffness_n_per_m, stiffness_ratio),
             integral_per_tick_n_per_m: absolute_or(integral_n_per_m, integral_ratio) / ticks,
@@ -123,7 +125,11 @@ impl Present<'_> {
     fn act(&self, contacts: &mut [LocalContact], fingers: &[Touching]) -> Slots<DVec3> {
         match self.law.kind {
             LocalModelKind::Compliance => self.act_together(contacts, fingers),
-            _ => contacts.iter_mut().zip(fingers).map(|(contact, finger)| self.act_alone(contact, finger)).collect(),
+            _ => contacts
+                .iter_mut()
+                .zip(fingers)
+                .map(|(contact, finger)| self.act_alone(contact, finger))
+                .collect(),
         }
     }
 
@@ -230,7 +236,8 @@ impl Present<'_> {
         }
         // In units of the anchor's slip: the surface gives way as well as the spring.
         let yields = 1.0 / self.gains.stiffness_n_per_m + finger.fade * self.own_compliance(place);
-        let stretch = contact.slide(self.law, &self.surface, force * yields, self.law.friction * push_n * yields);
+        let stretch =
+            contact.slide(self.law, &self.surface, force * yields, self.law.friction * push_n * yields);
         contact.force = stretch / yields;
         contact.force
     }
@@ -324,8 +331,7 @@ impl HostModel {
         let forces = present.act(&mut state.soft.contacts, &fingers);
         for (slot, (finger, &force)) in fingers.iter().zip(&forces).enumerate() {
             if finger.host == self.host {
-                output.device[finger.finger] =
-                    Wrench::force(output.device[finger.finger].force + force);
+                output.device[finger.finger] = Wrench::force(output.device[finger.finger].force + force);
             }
             let slot_of_coupler = self.finger_slot(finger.host, finger.finger, 0);
             present.record(output, &state.soft.contacts[slot], finger, slot_of_coupler);
@@ -402,7 +408,8 @@ pub(crate) fn force_on_fingers(
         return ArrayVec::new();
     };
     let fingers = model.soft_fingers(soft, state, readings);
-    let mut contacts: Slots<LocalContact> = state.soft.contacts.iter().copied().take(MAX_SOFT_CONTACTS).collect();
+    let mut contacts: Slots<LocalContact> =
+        state.soft.contacts.iter().copied().take(MAX_SOFT_CONTACTS).collect();
     let present = soft.present(&state.soft, (frame, previous), model.schedule.tick_of_step(step));
     let forces = present.act(&mut contacts, &fingers);
     let first = soft.first_slot[client.index()];

@@ -60,10 +60,13 @@ impl SoftContacts {
         let slots = fingers.iter().zip(&soft.contacts).zip(&soft.returned_n);
         for (slot, ((finger, contact), returned)) in (0..).zip(slots) {
             let acts = *returned != DVec3::ZERO;
-            let Some((centre_m, _)) = finger.place.or(acts.then_some((DVec3::ZERO, DVec3::ZERO))) else { continue };
+            let Some((centre_m, _)) = finger.place.or(acts.then_some((DVec3::ZERO, DVec3::ZERO))) else {
+                continue;
+            };
             let anchor = (contact.touching || acts).then_some(contact.anchor);
             // There is a place for every slot.
-            let _ = input.contacts.try_push(SlowContact { slot, anchor, force_n: *returned * share, centre_m });
+            let _ =
+                input.contacts.try_push(SlowContact { slot, anchor, force_n: *returned * share, centre_m });
         }
         Some(input)
     }

@@ -44,7 +44,8 @@ pub fn joint_forces(
     contacts: &[JointContact],
 ) -> Option<ArrayVec<DVec3, MAX_JOINT>> {
     let width = 3 * frame_forces.len();
-    let fits = contacts.len() <= MAX_JOINT && contacts.iter().all(|contact| contact.place < frame_forces.len());
+    let fits =
+        contacts.len() <= MAX_JOINT && contacts.iter().all(|contact| contact.place < frame_forces.len());
     if !fits || compliance.len() != width * width {
         return None;
     }
@@ -81,7 +82,8 @@ fn solve(
             matrix[i][j] = 0.5 * (entry(row, column) + entry(column, row));
         }
         matrix[i][i] += 1.0 / contacts[at].stiffness_n_per_m;
-        let answered: f64 = (0..width).map(|column| entry(row, column) * frame_forces[column / 3][column % 3]).sum();
+        let answered: f64 =
+            (0..width).map(|column| entry(row, column) * frame_forces[column / 3][column % 3]).sum();
         right[i] = contacts[at].stretch[row % 3] - answered;
     }
     solve_positive(&mut matrix, &mut right, count)?;
