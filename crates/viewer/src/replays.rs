@@ -186,6 +186,7 @@ impl Shots {
             time_s,
             fingers: (0..fingers).map(finger).collect(),
             bodies: tick.bodies.iter().map(|body| body.pose).collect(),
+            soft: None,
             touches_wall: tick.touches_wall,
             diverged: tick.diverged,
             ticks: self.ticks,
