@@ -15,9 +15,11 @@ pub mod corotational;
 pub mod factor;
 mod implicit;
 pub mod linear;
+mod locate;
 mod mass_spring;
 mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
 pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
+pub use locate::material_point_at;

@@ -4,17 +4,15 @@
 
 use std::sync::Arc;
 
-use cotouch_scene::builtin;
 use cotouch_scene::scene::{FixedRegion, Scene, SoftModel};
 use cotouch_scene::soft_mesh::SoftMesh;
-use cotouch_soft::{LinearBody, PointForce, SoftBody, SoftState};
+use cotouch_soft::{LinearBody, MaterialPoint, PointForce, SoftBody, SoftState};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
 pub fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
-    let mut scene = cotouch_scene::source::load(builtin::source("single-axis").expect("it is built in"), &[])
-        .expect("and good");
+    let mut scene = cotouch_scene::load("single-axis", &[]).expect("it is built in");
     scene.rates.simulation_hz = "60".parse().expect("a rate");
     scene.gravity_m_per_s2 = DVec3::ZERO;
     let soft = &mut scene.soft;
@@ -219,4 +217,32 @@ pub fn central_differences(body: &dyn SoftBody, forces: &[PointForce], step_m: f
         }
     }
     matrix
+}
+
+/// A node as a point of the material.
+pub fn at_node(node: usize) -> MaterialPoint {
+    MaterialPoint { nodes: [node as u32; 4], weights: [1.0, 0.0, 0.0, 0.0] }
+}
+
+/// The state with every node moved and set moving at random, the same for the same seed.
+pub fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
+    let mut number = seed;
+    let mut random = move || {
+        number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    let mut vector = move || DVec3::new(random(), random(), random());
+    let mut state = body.state().clone();
+    state.positions_m.iter_mut().for_each(|position| *position += far_m * vector());
+    state.velocities_m_per_s.iter_mut().for_each(|velocity| *velocity = fast_m_per_s * vector());
+    state
+}
+
+/// The momentum of a body of which nothing is fixed, kg·m/s.
+pub fn momentum(linear: &LinearBody, state: &SoftState) -> DVec3 {
+    let mut sum = DVec3::ZERO;
+    for (&(node, axis), mass) in linear.coordinates.iter().zip(&linear.mass_kg) {
+        sum[axis as usize] += mass * state.velocities_m_per_s[node as usize][axis as usize];
+    }
+    sum
 }
