@@ -12,6 +12,7 @@
 
 mod balloon;
 pub mod body;
+pub mod corotational;
 mod enclosed;
 pub mod factor;
 mod implicit;
@@ -21,4 +22,5 @@ mod membrane;
 mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
+pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
