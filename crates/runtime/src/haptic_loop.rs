@@ -20,7 +20,7 @@ use crate::mailbox::Mailbox;
 use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
-use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately};
+use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately, SurfaceShown};
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
 
@@ -325,6 +325,7 @@ impl HapticHost {
             time_s: instant.as_secs_f64(),
             fingers: fingers(&self.station),
             bodies: record.bodies.iter().map(|body| body.pose).collect(),
+            soft: self.station.state.host.soft.frame.clone().map(SurfaceShown),
             touches_wall: record.touches_wall,
             diverged: record.diverged,
             ticks: self.timing.ticks,
