@@ -2,20 +2,28 @@
 //!
 //! Period p of the slow simulation begins at tick k_p. When the forces that p returns are known, the tick's output has a
 //! [`SlowInput`]; [`SlowLoop::step`] makes a [`SlowFrame`] of it, elsewhere and in its own time; at tick
-//! k_(p+1+d), d = `local_model.result_delay_periods`, [`HostModel::take_frame`] brings it into use.
+//! k_(p+1+d), d = `local_model.result_delay_periods`, [`HostModel::take_frame`] brings it into use. Before the first tick
+//! it takes [`SlowLoop::rest_frame`] over; without any frame there is no force.
+//!
+//! [`HostModel::take_frame`]: crate::model::HostModel::take_frame
+
+mod contacts;
+mod estimate;
+mod returned;
+mod slow_loop;
+mod stiffness;
 
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::scene::Scene;
-use cotouch_soft::{MaterialPoint, SoftBody, SoftEnergy, SoftError};
+use cotouch_soft::{MaterialPoint, SoftEnergy};
 use cotouch_world::local::LocalContact;
 use cotouch_world::proxy::MeshSurface;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::HostModel;
-use crate::state::HostState;
+pub(crate) use contacts::{SoftContacts, force_on_fingers};
+pub use slow_loop::SlowLoop;
 
 /// Most fingers in a scene with a soft body, of all users together.
 pub const MAX_SOFT_CONTACTS: usize = 16;
@@ -65,47 +73,6 @@ pub struct SlowFrame {
     pub energy: SoftEnergy,
 }
 
-/// The slow simulation of one host. A clone is independent.
-#[derive(Clone)]
-pub struct SlowLoop {
-    body: Box<dyn SoftBody>,
-    rest: Arc<SlowFrame>,
-}
-
-impl SlowLoop {
-    /// The body of `scene` at rest.
-    ///
-    /// # Errors
-    /// As [`cotouch_soft::soft_body`].
-    pub fn new(scene: &Scene) -> Result<Self, SoftError> {
-        let _ = scene;
-        todo!()
-    }
-
-    /// The body before its first step: in use from the start.
-    #[must_use]
-    pub fn rest_frame(&self) -> Arc<SlowFrame> {
-        self.rest.clone()
-    }
-
-    /// One period. Not for the haptic tick: it takes as long as it takes, and may allocate.
-    pub fn step(&mut self, input: &SlowInput) -> Arc<SlowFrame> {
-        let _ = input;
-        todo!()
-    }
-
-    /// The body.
-    #[must_use]
-    pub fn body(&self) -> &dyn SoftBody {
-        &*self.body
-    }
-
-    /// The body, to change its state.
-    pub fn body_mut(&mut self) -> &mut dyn SoftBody {
-        &mut *self.body
-    }
-}
-
 /// What a host's state holds of a soft body. The frames come from outside, as samples do, and are not saved with it.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SoftHostState {
@@ -115,6 +82,10 @@ pub struct SoftHostState {
     pub returned_n: Vec<DVec3>,
     /// Ticks in these sums.
     pub returned_ticks: u32,
+    /// The period that they are of.
+    pub period: u64,
+    /// Whether the simulation was told of that period.
+    pub told: bool,
     /// The tick at which the frame in use was taken over.
     pub taken_at: u64,
     /// K_o before and after the last take-over, N/m.
@@ -133,6 +104,8 @@ impl PartialEq for SoftHostState {
         self.contacts == other.contacts
             && self.returned_n == other.returned_n
             && self.returned_ticks == other.returned_ticks
+            && self.period == other.period
+            && self.told == other.told
             && self.taken_at == other.taken_at
             && self.ko_n_per_m == other.ko_n_per_m
             && period(&self.frame) == period(&other.frame)
@@ -140,28 +113,13 @@ impl PartialEq for SoftHostState {
     }
 }
 
-impl HostModel {
-    /// Whether this host simulates a soft body.
-    #[must_use]
-    pub fn has_soft_body(&self) -> bool {
-        todo!()
-    }
-
-    /// The period whose frame is to come into use at `tick`, if one is.
-    #[must_use]
-    pub fn frame_due(&self, tick: u64) -> Option<u64> {
-        let _ = tick;
-        todo!()
-    }
-
-    /// Brings a frame into use at `tick`, before the tick; gives back what is not needed any more. No allocation.
-    pub fn take_frame(
-        &self,
-        state: &mut HostState,
-        tick: u64,
-        frame: Arc<SlowFrame>,
-    ) -> Option<Arc<SlowFrame>> {
-        let _ = (state, tick, frame);
-        todo!()
+impl SoftHostState {
+    /// Before the first tick, with so many finger slots.
+    pub(crate) fn new(slots: usize) -> Self {
+        Self {
+            contacts: vec![LocalContact::default(); slots],
+            returned_n: vec![DVec3::ZERO; slots],
+            ..Self::default()
+        }
     }
 }

@@ -61,7 +61,7 @@ impl HostState {
             bodies: model.bodies.iter().map(|body| body.start).collect(),
             contacts: vec![ContactState::default(); model.contacts.slots()],
             near: vec![false; model.contacts.groups()],
-            soft: SoftHostState::default(),
+            soft: SoftHostState::new(model.soft_slots()),
             peers: HostIndex::all(model.users).map(peer).collect(),
             adopting: false,
             diverged: false,
@@ -74,6 +74,8 @@ impl HostState {
         self.bodies.len() == model.bodies.len()
             && self.contacts.len() == model.contacts.slots()
             && self.near.len() == model.contacts.groups()
+            && self.soft.contacts.len() == model.soft_slots()
+            && self.soft.returned_n.len() == model.soft_slots()
             && self.peers.len() == usize::from(model.users)
     }
 }

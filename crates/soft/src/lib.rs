@@ -11,7 +11,13 @@
 //! ```
 
 pub mod body;
+pub mod corotational;
+pub mod factor;
+mod implicit;
 pub mod linear;
+mod mass_spring;
+mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
+pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
