@@ -263,7 +263,7 @@ fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
         let time_s = shown.iter().map(|shot| shot.1).fold(f64::NEG_INFINITY, f64::max);
         let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.2.as_slice()).collect();
         let header = Snapshot { time_s, ..Snapshot::default() };
-        encode_merged(&header, &parts, &mut picture);
+        encode_merged(&header, &parts, &[], &mut picture);
         bytes.extend((picture.len() as u32).to_le_bytes());
         bytes.extend(&picture);
         pictures.push((time_s, bytes.len()));
