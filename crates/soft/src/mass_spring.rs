@@ -64,6 +64,7 @@ pub(crate) fn mass_spring(scene: &Scene) -> Result<ImplicitBody<Springs>, SoftEr
     let springs = Springs::new(mesh, soft.young_pa, soft.skin_thickness_m);
     let density = soft.density_kg_per_m3;
     let parts = Parts {
+        enclosed: None,
         mass_kg: springs.volume_m3.iter().map(|volume| density * volume).collect(),
         pairs: springs.springs.iter().map(|spring| spring.nodes).collect(),
         not_held: if tied { None } else { mesh::not_held(&mesh.nodes_m, &fixed) },

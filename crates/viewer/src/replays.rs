@@ -2,19 +2,22 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use cotouch_host::output::ContactRecord;
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
+use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recording::{RecordingError, RecordingReader};
 use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_world::contact::Phase;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use crate::about::about;
 use crate::picture::{encode_host, encode_merged};
+use crate::skin::{Deformed, Skin};
 
 /// Pictures a second at most.
 const PICTURES_PER_S: f64 = 60.0;
@@ -78,7 +81,9 @@ impl Replay {
     }
 
     fn read<R: Read>(scene: &Scene, recording: RecordingReader<R>) -> Result<Self, RecordingError> {
-        let mut shots: Vec<Shots> = scene.hosts().map(|host| Shots::new(host, scene.session.users)).collect();
+        let skin = Skin::of(scene).map(Arc::new);
+        let mut shots: Vec<Shots> =
+            scene.hosts().map(|host| Shots::new(host, scene.session.users, skin.clone())).collect();
         for item in recording {
             let item = item?;
             // A host that the scene does not have is not shown.
@@ -108,11 +113,28 @@ impl Replay {
     }
 }
 
+/// One host's part of a picture.
+struct Shot {
+    /// Which of 60 pictures a second.
+    slot: i64,
+    /// Session time, s.
+    time_s: f64,
+    /// The host, encoded.
+    host: Vec<u8>,
+    /// The soft object's surface in use, encoded; several pictures may show the same.
+    surface: Option<Arc<[u8]>>,
+}
+
 /// One host's part of the pictures.
 struct Shots {
     host: HostIndex,
-    /// Which picture of 60 a second, session time, and the host encoded.
-    taken: Vec<(i64, f64, Vec<u8>)>,
+    taken: Vec<Shot>,
+    /// The surface of the scene's soft object.
+    skin: Option<Arc<Skin>>,
+    /// That surface as it was last shown, encoded.
+    surface: Option<Arc<[u8]>>,
+    /// As it was recorded since.
+    newer_surface: Option<SurfaceRecord>,
     /// Every so many pictures of 60 a second are kept.
     stride: i64,
     ticks: u64,
@@ -131,9 +153,19 @@ struct Peer {
 }
 
 impl Shots {
-    fn new(host: HostIndex, users: u8) -> Self {
-        let peers = vec![Peer::default(); usize::from(users)];
-        Self { host, taken: Vec::new(), stride: 1, ticks: 0, missed: 0, lateness_ns: 0, peers }
+    fn new(host: HostIndex, users: u8, skin: Option<Arc<Skin>>) -> Self {
+        Self {
+            host,
+            taken: Vec::new(),
+            skin,
+            surface: None,
+            newer_surface: None,
+            stride: 1,
+            ticks: 0,
+            missed: 0,
+            lateness_ns: 0,
+            peers: vec![Peer::default(); usize::from(users)],
+        }
     }
 
     fn take(&mut self, item: RecordItem) {
@@ -149,6 +181,7 @@ impl Shots {
                     peer.present = present;
                 }
             }
+            RecordKind::Surface(surface) => self.newer_surface = Some(surface),
             RecordKind::Note(Note::Skipped { ticks }) => self.missed = self.missed.saturating_add(ticks),
             _ => {}
         }
@@ -159,12 +192,13 @@ impl Shots {
         self.lateness_ns = self.lateness_ns.max(tick.lateness_ns);
         let time_s = tick.instant.as_secs_f64();
         let slot = (time_s * PICTURES_PER_S).floor() as i64;
-        if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.0) {
+        if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.slot) {
             return;
         }
-        let mut bytes = Vec::new();
-        encode_host(&self.snapshot(tick, time_s), &mut bytes);
-        self.taken.push((slot, time_s, bytes));
+        let mut host = Vec::new();
+        encode_host(&self.snapshot(tick, time_s), &mut host);
+        let surface = self.encoded_surface();
+        self.taken.push(Shot { slot, time_s, host, surface });
         self.lateness_ns = 0;
         if self.taken.len() >= MOST_PICTURES {
             self.thin_out();
@@ -174,12 +208,27 @@ impl Shots {
     /// Keeps every second picture, from here on too.
     fn thin_out(&mut self) {
         self.stride *= 2;
-        self.taken.retain(|shot| shot.0 % self.stride == 0);
+        self.taken.retain(|shot| shot.slot % self.stride == 0);
+    }
+
+    /// The surface that was recorded last, if it is one of the scene's soft object.
+    fn encoded_surface(&mut self) -> Option<Arc<[u8]>> {
+        if let (Some(skin), Some(record)) = (&self.skin, self.newer_surface.take()) {
+            let positions_m: Vec<DVec3> =
+                record.positions_m.iter().map(|&node| Vec3::from_array(node).as_dvec3()).collect();
+            let (stress_pa, ko_n_per_m) = (record.stress_pa.as_slice(), record.ko_n_per_m);
+            let body = Deformed { positions_m: &positions_m, stress_pa, ko_n_per_m };
+            let mut bytes = Vec::new();
+            if skin.encode(self.host, body, &mut bytes) {
+                self.surface = Some(bytes.into());
+            }
+        }
+        self.surface.clone()
     }
 
     fn snapshot(&self, tick: &TickRecord, time_s: f64) -> HostSnapshot {
         let fingers = tick.readings.len();
-        let finger = |nth: usize| finger(tick, self.host, nth, fingers);
+        let finger = |nth: usize| finger(tick, self.host, nth);
         let links = self.peers.iter().enumerate().filter(|(index, _)| *index != self.host.index());
         HostSnapshot {
             host: self.host,
@@ -220,8 +269,8 @@ impl Peer {
     }
 }
 
-/// A recording knows the energy of all fingers together, and no pointer.
-fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> FingerSnapshot {
+/// A recording knows no pointer.
+fn finger(tick: &TickRecord, host: HostIndex, nth: usize) -> FingerSnapshot {
     let contact: Option<&ContactRecord> = tick.contact_of(host, nth);
     FingerSnapshot {
         reading: tick.readings[nth],
@@ -231,12 +280,12 @@ fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> Fin
         target: None,
         governor_acted: tick.governor_acted.get(nth).copied().unwrap_or(0),
         governor_gain: tick.governor_gain.get(nth).copied().unwrap_or(1.0),
-        energy_j: if fingers == 1 { tick.energy_j } else { f64::NAN },
+        energy_j: tick.finger_energy_j.get(nth).copied().unwrap_or(f64::NAN),
     }
 }
 
 /// Out of the body along the force, by as much as the finger is inside.
-fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> Option<glam::DVec3> {
+fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> Option<DVec3> {
     let out = contact.force.try_normalize()?;
     Some(tick.readings[finger].pose.position + out * contact.depth_m)
 }
@@ -244,8 +293,9 @@ fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> 
 /// The hosts' parts put together, picture by picture. A host that has none in between shows its last one.
 fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
     let stride = hosts.iter().map(|shots| shots.stride).max().unwrap_or(1);
-    hosts.iter_mut().for_each(|shots| shots.taken.retain(|shot| shot.0 % stride == 0));
-    let mut slots: Vec<i64> = hosts.iter().flat_map(|shots| shots.taken.iter().map(|shot| shot.0)).collect();
+    hosts.iter_mut().for_each(|shots| shots.taken.retain(|shot| shot.slot % stride == 0));
+    let mut slots: Vec<i64> =
+        hosts.iter().flat_map(|shots| shots.taken.iter().map(|shot| shot.slot)).collect();
     slots.sort_unstable();
     slots.dedup();
     let (mut pictures, mut bytes) = (Vec::with_capacity(slots.len()), Vec::new());
@@ -253,17 +303,18 @@ fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
     let mut picture = Vec::new();
     for slot in slots {
         for (next, shots) in next.iter_mut().zip(&hosts) {
-            *next += usize::from(shots.taken.get(*next).is_some_and(|shot| shot.0 == slot));
+            *next += usize::from(shots.taken.get(*next).is_some_and(|shot| shot.slot == slot));
         }
-        let shown: Vec<&(i64, f64, Vec<u8>)> = next
+        let shown: Vec<&Shot> = next
             .iter()
             .zip(&hosts)
             .filter_map(|(next, shots)| shots.taken.get(next.checked_sub(1)?))
             .collect();
-        let time_s = shown.iter().map(|shot| shot.1).fold(f64::NEG_INFINITY, f64::max);
-        let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.2.as_slice()).collect();
+        let time_s = shown.iter().map(|shot| shot.time_s).fold(f64::NEG_INFINITY, f64::max);
+        let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.host.as_slice()).collect();
+        let surfaces: Vec<&[u8]> = shown.iter().filter_map(|shot| shot.surface.as_deref()).collect();
         let header = Snapshot { time_s, ..Snapshot::default() };
-        encode_merged(&header, &parts, &mut picture);
+        encode_merged(&header, &parts, &surfaces, &mut picture);
         bytes.extend((picture.len() as u32).to_le_bytes());
         bytes.extend(&picture);
         pictures.push((time_s, bytes.len()));
