@@ -35,8 +35,8 @@ use crate::lift::layout::Registers;
 use crate::loop_spec::{Body, Delay};
 use layout::Layout;
 
-pub(crate) use compile::{Bodies, modes};
 pub use compile::compile_unreduced;
+pub(crate) use compile::{Bodies, modes};
 pub use layout::SoftCoordinate;
 pub use ratios::{ratios, worst_radius};
 pub use slow_body::{SingularStep, SlowBody};
