@@ -87,6 +87,9 @@ pub struct SoftLoop {
     pub hold: SurfaceHold,
     /// Slow periods between the end of the period whose forces are simulated and the use of the result.
     pub result_delay_periods: u32,
+    /// World axes along which nothing ever moves: fingers cannot, and the body does not when it is pressed along the
+    /// others.
+    pub idle_axes: [bool; 3],
     /// The fingers.
     pub hands: Vec<Hand>,
     /// The hosts that have a body: all of them, or the server.

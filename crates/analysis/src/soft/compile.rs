@@ -66,6 +66,9 @@ pub(crate) struct Bodies {
     known: Mutex<Vec<Arc<Prepared>>>,
 }
 
+/// Compliance between axes below this share of the whole is rounding.
+const UNTIED: f64 = 1e-12;
+
 /// So many are remembered.
 const MOST_KNOWN: usize = 8;
 
@@ -122,6 +125,20 @@ impl Prepared {
         Ok(SlowBody::exact(&self.linear, &points)?)
     }
 
+    /// Axes along which no finger moves and that do not yield to forces along the others.
+    fn idle_axes(&self, hands: &[Hand]) -> [bool; 3] {
+        let moves = |axis: usize| {
+            hands.iter().any(|hand| hand.body.axes.iter().any(|dof| dof.axis().index() == axis))
+        };
+        let (moved, size) = ([0, 1, 2].map(moves), self.compliance.amax());
+        let is_tied = |axis: usize, other: usize| {
+            let places = |of: usize| (of..self.compliance.nrows()).step_by(3).collect::<Vec<_>>();
+            let block = self.compliance.select_rows(&places(axis)).select_columns(&places(other));
+            block.amax() > UNTIED * size
+        };
+        [0, 1, 2].map(|axis| !moved[axis] && !(0..3).any(|other| moved[other] && is_tied(axis, other)))
+    }
+
     /// W of some of the fingers.
     fn compliance(&self, fingers: &[usize]) -> DMatrix<f64> {
         let places: Vec<usize> = fingers.iter().flat_map(|finger| 3 * finger..3 * finger + 3).collect();
@@ -173,6 +190,7 @@ impl SoftMode {
         set: &[usize],
     ) -> Result<Self, SoftAnalysisError> {
         let of = soft_loop(scene, prepared, hands, set, prepared.seen_from(set))?;
+        let of = SoftLoop { idle_axes: prepared.idle_axes(hands), ..of };
         let name = |&hand: &usize| {
             let Hand { user, finger, .. } = hands[hand];
             format!("{}.finger{}", scene.users[user.index()].name, finger + 1)
@@ -213,6 +231,7 @@ fn soft_loop(
         returned_force: local.returned_force,
         hold: local.hold,
         result_delay_periods: local.result_delay_periods,
+        idle_axes: [false; 3],
         worlds: hosts.iter().map(world).collect::<Result<_, _>>()?,
         hands: set.iter().map(|&hand| hands[hand].clone()).collect(),
     })

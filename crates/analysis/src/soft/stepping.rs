@@ -308,7 +308,10 @@ impl WorldState {
             return;
         }
         let (surface, stepped_with) = self.in_use(of, place);
-        let error = surface - fingers;
+        let mut error = surface - fingers;
+        for row in (0..error.nrows()).filter(|row| of.idle_axes[row % 3]) {
+            error.row_mut(row).fill(0.0);
+        }
         match (&self.sharing, &world.compliance) {
             (Some(sharing), Some(compliance)) => {
                 self.forces = sharing * (&error - compliance * stepped_with);
