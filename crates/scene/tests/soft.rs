@@ -226,6 +226,18 @@ fn balls_and_organs_are_filled_with_good_tetrahedra() {
 }
 
 #[test]
+fn an_organ_fills_its_half_axes() {
+    let (half_axes, centre) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.0, 2.0, 3.0));
+    let mesh = solids::organ(half_axes, 0.03, centre).unwrap();
+    let part = |node: &DVec3| (*node - centre) / half_axes;
+    let high = mesh.nodes_m.iter().map(part).reduce(DVec3::max).unwrap();
+    let low = mesh.nodes_m.iter().map(part).reduce(DVec3::min).unwrap();
+    let expected = DVec3::new(1.0, 0.94, 1.0);
+    assert!((high - expected).abs().max_element() < 0.05, "{high}");
+    assert!((low + expected).abs().max_element() < 0.05, "{low}");
+}
+
+#[test]
 fn generators_are_known_by_their_names() {
     for (mesh, model, tetrahedra) in [
         ("{ generator = \"ball\", radius_m = 0.05 }", "corotational", true),
