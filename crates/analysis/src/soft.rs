@@ -34,8 +34,8 @@ use crate::lift::layout::Registers;
 use crate::loop_spec::{Body, Delay};
 use layout::Layout;
 
-pub(crate) use compile::{Bodies, modes};
 pub use compile::compile_unreduced;
+pub(crate) use compile::{Bodies, modes};
 pub use layout::SoftCoordinate;
 pub use slow_body::{SingularStep, SlowBody};
 pub(crate) use verdict::{analyze, point_verdict};

@@ -85,11 +85,13 @@ fn with_random_hands(mut scene: Scene, seed: u64, seconds: f64) -> Scene {
 
 /// What all copies of all bodies hold, in motion and in deformation, J.
 fn energy_j(scene: &Scene, session: &VirtualSession<SimulatedUser>) -> f64 {
-    let masses: Vec<f64> = scene.world_bodies().iter().map(|body| if body.fixed { 0.0 } else { body.mass_kg }).collect();
+    let masses: Vec<f64> =
+        scene.world_bodies().iter().map(|body| if body.fixed { 0.0 } else { body.mass_kg }).collect();
     let of_host = |host: &cotouch_runtime::virtual_time::VirtualHost<SimulatedUser>| {
         let bodies = masses.iter().zip(&host.station.state.host.bodies);
         let rigid: f64 = bodies.map(|(mass, body)| 0.5 * mass * body.twist.linear.length_squared()).sum();
-        let soft = host.station.soft().and_then(SlowPort::simulation).map(|simulation| simulation.body().energy());
+        let soft =
+            host.station.soft().and_then(SlowPort::simulation).map(|simulation| simulation.body().energy());
         rigid + soft.map_or(0.0, |energy| energy.elastic_j + energy.kinetic_j)
     };
     session.hosts().iter().map(of_host).sum()
@@ -97,10 +99,11 @@ fn energy_j(scene: &Scene, session: &VirtualSession<SimulatedUser>) -> f64 {
 
 fn assert_sound(name: &str, scene: &Scene, record: &TickRecord) {
     let most_n = scene.governor.max_force_n * (1.0 + 1e-12);
-    let sound = record.commanded.iter().all(|wrench| wrench.force.is_finite() && wrench.force.length() <= most_n)
-        && record.requested.iter().all(|wrench| wrench.is_finite())
-        && record.readings.iter().all(|reading| reading.is_finite())
-        && !record.diverged;
+    let sound =
+        record.commanded.iter().all(|wrench| wrench.force.is_finite() && wrench.force.length() <= most_n)
+            && record.requested.iter().all(|wrench| wrench.is_finite())
+            && record.readings.iter().all(|reading| reading.is_finite())
+            && !record.diverged;
     assert!(sound, "{name} at {} s: {record:?}", record.instant.as_secs_f64());
 }
 
@@ -120,7 +123,10 @@ fn soak(name: &str, seed: u64, seconds: f64) {
     let mut quarters = [0.0; 4];
     for look in 0..looks {
         let tick = ((look + 1) as f64 * 0.1 * scene.rates.control_hz.hz()) as u64;
-        assert!(session.run_to_tick(tick, |_, record| assert_sound(name, &scene, record)), "{name}: not joined");
+        assert!(
+            session.run_to_tick(tick, |_, record| assert_sound(name, &scene, record)),
+            "{name}: not joined"
+        );
         quarters[(4 * look / looks) as usize] += energy_j(&scene, &session) * 4.0 / looks as f64;
     }
     let [first, second, third, last] = quarters;

@@ -22,7 +22,8 @@ pub(super) fn margin(scene: &Scene) -> Result<Found<f64>, SweepError> {
     }
     if scene.soft.exists() && scene.link.play_out == PlayOut::OnArrival {
         return Ok(Err(
-            "The delay margin of a session with a soft object is only computed for scheduled play-out.".to_owned()
+            "The delay margin of a session with a soft object is only computed for scheduled play-out."
+                .to_owned(),
         ));
     }
     match scene.link.play_out {

@@ -58,7 +58,9 @@ pub(super) fn margin(
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Found<Option<f64>>, SweepError> {
     if scene.soft.exists() {
-        return Ok(Err("How many packets may be lost is not computed for sessions with a soft object.".to_owned()));
+        return Ok(Err(
+            "How many packets may be lost is not computed for sessions with a soft object.".to_owned()
+        ));
     }
     let modes = compile(scene);
     let done = std::sync::atomic::AtomicUsize::new(0);

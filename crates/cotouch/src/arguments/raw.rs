@@ -511,7 +511,9 @@ fn point(text: &str) -> Result<glam::DVec3, String> {
         .collect();
     match numbers.as_deref() {
         Some(&[x, y, z]) => Ok(glam::DVec3::new(x, y, z)),
-        _ => Err("it must be three numbers with commas between them, such as 0.35,0.05,0.0375 (m)".to_owned()),
+        _ => {
+            Err("it must be three numbers with commas between them, such as 0.35,0.05,0.0375 (m)".to_owned())
+        }
     }
 }
 

@@ -23,7 +23,9 @@ impl From<SoftError> for Failure {
     fn from(error: SoftError) -> Self {
         match error {
             SoftError::NoEquilibrium(_) => Self::Running(error.into()),
-            SoftError::NotHeld(_) | SoftError::Outside { .. } | SoftError::Unsuitable(_) => Self::usage(error),
+            SoftError::NotHeld(_) | SoftError::Outside { .. } | SoftError::Unsuitable(_) => {
+                Self::usage(error)
+            }
         }
     }
 }
@@ -61,8 +63,7 @@ fn compliance(body: &Body, at: &[DVec3], output: &Output) -> Result<Verdict, Fai
         Failure::usage("this simulation cannot tell its compliance; soft.model must be another one")
     })?;
     let rows = compliance.row_iter().map(|row| row.iter().copied().collect()).collect();
-    let answer =
-        Compliance { points: at.iter().map(DVec3::to_array).collect(), compliance_m_per_n: rows };
+    let answer = Compliance { points: at.iter().map(DVec3::to_array).collect(), compliance_m_per_n: rows };
     output.answer_as(&answer, &compliance_text(&answer))?;
     Ok(Verdict::Good)
 }
@@ -107,7 +108,11 @@ fn deflect(mut body: Body, at: &[DVec3], output: &Output) -> Result<Verdict, Fai
         displacement_m: (point.at(settled) - point.at(rest)).to_array(),
     };
     let answer = Deflection {
-        max_displacement_m: rest.iter().zip(settled).map(|(rest, now)| rest.distance(*now)).fold(0.0, f64::max),
+        max_displacement_m: rest
+            .iter()
+            .zip(settled)
+            .map(|(rest, now)| rest.distance(*now))
+            .fold(0.0, f64::max),
         points: at.iter().zip(&points).map(displacement).collect(),
     };
     output.answer_as(&answer, &deflection_text(&body.scene, &answer))?;

@@ -108,12 +108,7 @@ fn start(body: &Body) -> Pose {
 }
 
 /// The range of everything that moved, with the same scale both ways.
-fn frame(
-    view: View,
-    bodies: &[Body],
-    soft: &[(f64, f64)],
-    trace: &Trace,
-) -> ((f64, f64), (f64, f64)) {
+fn frame(view: View, bodies: &[Body], soft: &[(f64, f64)], trace: &Trace) -> ((f64, f64), (f64, f64)) {
     let mut points = soft.to_vec();
     for host in &trace.hosts {
         points.extend(

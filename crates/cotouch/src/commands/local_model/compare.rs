@@ -11,7 +11,7 @@ use cotouch_scene::{Override, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
 
-use self::open_loop::{Forces, ForceErrors};
+use self::open_loop::{ForceErrors, Forces};
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
 use crate::progress::Progress;
@@ -67,8 +67,9 @@ pub(super) fn compare(
         errors
     });
     let errors: Vec<ForceErrors> = errors.collect::<anyhow::Result<_>>()?;
-    let runs: Vec<(usize, i32)> =
-        (0..MODELS.len()).flat_map(|model| (0..moduli as i32).map(move |doubling| (model, doubling))).collect();
+    let runs: Vec<(usize, i32)> = (0..MODELS.len())
+        .flat_map(|model| (0..moduli as i32).map(move |doubling| (model, doubling)))
+        .collect();
     let verdicts = runs.par_iter().map(|&(model, doubling)| {
         let young_pa = SOFTEST_PA * 2f64.powi(doubling);
         let stable = is_stable(&scenes[model], young_pa, duration_s);
@@ -81,7 +82,12 @@ pub(super) fn compare(
     let model = |((name, errors), index): ((&'static str, ForceErrors), usize)| {
         let moduli = verdicts[index * moduli..(index + 1) * moduli].to_vec();
         let max_stable_young_pa = moduli.iter().take_while(|modulus| modulus.stable).last();
-        Model { name, errors, max_stable_young_pa: max_stable_young_pa.map(|modulus| modulus.young_pa), moduli }
+        Model {
+            name,
+            errors,
+            max_stable_young_pa: max_stable_young_pa.map(|modulus| modulus.young_pa),
+            moduli,
+        }
     };
     let models = MODELS.into_iter().zip(errors).zip(0..).map(model).collect();
     let answer = Answer { scene: scenes[0].name.clone(), models };
@@ -138,8 +144,10 @@ fn text(answer: &Answer) -> String {
     if !answer.models.iter().all(|model| model.moduli.is_empty()) {
         text.push('\n');
         for model in &answer.models {
-            let marks: String = model.moduli.iter().map(|modulus| if modulus.stable { '+' } else { '-' }).collect();
-            let _ = writeln!(text, "{:<12}{marks}   500 Pa … 1024 kPa, doubling: + stable, - not", model.name);
+            let marks: String =
+                model.moduli.iter().map(|modulus| if modulus.stable { '+' } else { '-' }).collect();
+            let _ =
+                writeln!(text, "{:<12}{marks}   500 Pa … 1024 kPa, doubling: + stable, - not", model.name);
         }
     }
     text

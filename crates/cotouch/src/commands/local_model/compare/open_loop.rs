@@ -83,8 +83,9 @@ impl Forces {
 
     /// How far these are from `reference`, of the same paths.
     pub(super) fn errors(&self, reference: &Self) -> ForceErrors {
-        let (mut difference, mut size, mut worst, mut largest) = (0.0, 0.0, 0.0_f64, 0.0_f64);
-        for (own, reference) in self.0.iter().flatten().flatten().zip(reference.0.iter().flatten().flatten()) {
+        let (mut difference, mut size, mut worst, mut largest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
+        for (own, reference) in self.0.iter().flatten().flatten().zip(reference.0.iter().flatten().flatten())
+        {
             difference += own.distance_squared(*reference);
             size += reference.length_squared();
             worst = worst.max(own.distance(*reference));
@@ -122,17 +123,19 @@ impl Path {
     fn all(scene: &Scene) -> anyhow::Result<Vec<Vec<Self>>> {
         let mesh = scene.soft.mesh();
         let surface = MeshSurface::new(mesh.nodes_m.clone(), &mesh.triangles)?;
-        let (low, high) = mesh
-            .nodes_m
-            .iter()
-            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &node| (low.min(node), high.max(node)));
+        let (low, high) =
+            mesh.nodes_m.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), &node| {
+                (low.min(node), high.max(node))
+            });
         let extent = high - low;
         let least_m = if extent.min_element() > 1e-6 { extent.min_element() } else { extent.max_element() };
         let mut number = 0.0;
         let mut path = |start: DVec3| {
-            let (point, normal) = surface.nearest_point(start).map_or((start, DVec3::X), |near| (near.point, near.outward));
+            let (point, normal) =
+                surface.nearest_point(start).map_or((start, DVec3::X), |near| (near.point, near.outward));
             let outward = (start - point).try_normalize().unwrap_or(normal);
-            let along = if scene.space == Space::Line { DVec3::ZERO } else { outward.any_orthonormal_vector() };
+            let along =
+                if scene.space == Space::Line { DVec3::ZERO } else { outward.any_orthonormal_vector() };
             number += 1.0;
             Self {
                 touching_m: point + outward * scene.hand.finger_radius_m,
