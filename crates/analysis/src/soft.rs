@@ -18,6 +18,7 @@
 mod compile;
 mod contacts;
 mod layout;
+mod ratios;
 mod reduction;
 mod slow_body;
 mod stepping;
@@ -37,6 +38,7 @@ use layout::Layout;
 pub use compile::compile_unreduced;
 pub(crate) use compile::{Bodies, modes};
 pub use layout::SoftCoordinate;
+pub use ratios::{ratios, worst_radius};
 pub use slow_body::{SingularStep, SlowBody};
 pub(crate) use verdict::{analyze, point_verdict};
 

@@ -186,7 +186,7 @@ impl SoftLoop {
 
     /// Those whose forces it needs.
     pub(super) fn frames_with_forces(&self) -> u32 {
-        if self.kind == LocalModelKind::Compliance { self.frames() } else { 0 }
+        if self.kind == LocalModelKind::Compliance { 1 + self.result_delay_periods } else { 0 }
     }
 }
 

@@ -289,7 +289,7 @@ impl WorldState {
         &self.frames[(self.newest - period) as usize]
     }
 
-    /// The surface in use and the forces that belong to it.
+    /// The surface in use, and the forces with which the frame was stepped that it comes from.
     fn in_use(&self, of: &SoftLoop, place: Place) -> (Rows, Rows) {
         let period = place.period - 1 - i64::from(of.result_delay_periods);
         let now = self.frame(period);
@@ -297,8 +297,7 @@ impl WorldState {
             SurfaceHold::Zero => (now.surface.clone(), now.forces.clone()),
             SurfaceHold::First => {
                 let (share, before) = (place.tick as f64 / place.ticks as f64, self.frame(period - 1));
-                let between = |now: &Rows, before: &Rows| now * share + before * (1.0 - share);
-                (between(&now.surface, &before.surface), between(&now.forces, &before.forces))
+                (&now.surface * share + &before.surface * (1.0 - share), now.forces.clone())
             }
         }
     }
