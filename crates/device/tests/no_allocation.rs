@@ -89,6 +89,7 @@ fn a_tick_allocates_nothing() {
     let mut user = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
     let mut guided = GuidedUser::of_scene(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
     let limits = GovernorLimits {
+        passivity_control: false,
         max_force_n: 8.0,
         max_slew_n_per_s: 100.0,
         watchdog_s: 0.02,

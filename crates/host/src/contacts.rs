@@ -39,11 +39,27 @@ pub(crate) struct Contacts {
     slots: usize,
 }
 
+/// What corners may meet.
+#[derive(Clone, Copy, Debug)]
+enum Obstacle {
+    Body(u8),
+    Wall(u8),
+}
+
+impl From<Obstacle> for ContactSurface {
+    fn from(obstacle: Obstacle) -> Self {
+        match obstacle {
+            Obstacle::Body(index) => Self::Body(index),
+            Obstacle::Wall(index) => Self::Wall(index),
+        }
+    }
+}
+
 /// All corners of one body against one surface.
 #[derive(Clone, Copy, Debug)]
 struct Group {
     body: usize,
-    against: ContactSurface,
+    against: Obstacle,
     first: usize,
     corners: usize,
 }
@@ -138,10 +154,10 @@ fn groups(
     let mut groups = Vec::new();
     for &body in surfaces {
         let corners = bodies[body].surface.corners().len();
-        let walls = (0..walls).filter(|_| !bodies[body].fixed).map(|wall| ContactSurface::Wall(wall as u8));
+        let walls = (0..walls).filter(|_| !bodies[body].fixed).map(|wall| Obstacle::Wall(wall as u8));
         let meets = |other: usize| other != body && !(bodies[body].fixed && bodies[other].fixed);
         let others = surfaces.iter().filter(|&&other| meets(other));
-        for against in walls.chain(others.map(|&other| ContactSurface::Body(other as u8))) {
+        for against in walls.chain(others.map(|&other| Obstacle::Body(other as u8))) {
             groups.push(Group { body, against, first: take(corners), corners });
         }
     }
@@ -261,8 +277,8 @@ impl HostModel {
             |body: usize| (state.bodies[body].pose.position, self.bodies[body].surface.bounding_radius_m());
         let (position, radius_m) = place(group.body);
         match group.against {
-            ContactSurface::Wall(wall) => self.contacts.walls[usize::from(wall)].height(position) <= radius_m,
-            ContactSurface::Body(other) => {
+            Obstacle::Wall(wall) => self.contacts.walls[usize::from(wall)].height(position) <= radius_m,
+            Obstacle::Body(other) => {
                 let (other, other_radius_m) = place(usize::from(other));
                 let reach_m = radius_m + other_radius_m + NEAR_M;
                 (other - position).length_squared() <= reach_m * reach_m
@@ -277,13 +293,13 @@ impl HostModel {
             let contact = &mut state.contacts[group.first + index];
             let sphere = Sphere::of_corner(corner, (&body.pose, &body.twist));
             let found = match group.against {
-                ContactSurface::Wall(wall) => touch_plane(
+                Obstacle::Wall(wall) => touch_plane(
                     &self.contacts.wall,
                     contact,
                     &self.contacts.walls[usize::from(wall)],
                     &sphere,
                 ),
-                ContactSurface::Body(other) => {
+                Obstacle::Body(other) => {
                     let other = usize::from(other);
                     let BodyModel { surface, inverse_mass_per_kg, .. } = &self.bodies[other];
                     let BodyState { pose, twist } = &state.bodies[other];
@@ -293,8 +309,8 @@ impl HostModel {
             let Some(found) = found else { continue };
             push(output, group.body, body.pose.position, found.force, found.point);
             match group.against {
-                ContactSurface::Wall(_) => output.touches_wall = true,
-                ContactSurface::Body(other) => {
+                Obstacle::Wall(_) => output.touches_wall = true,
+                Obstacle::Body(other) => {
                     let other = usize::from(other);
                     push(output, other, state.bodies[other].pose.position, -found.force, found.point);
                 }
@@ -302,7 +318,7 @@ impl HostModel {
             let point = ContactPoint::Corner { body: group.body as u8, corner: index as u8 };
             let _ = output.contacts.try_push(ContactRecord {
                 point,
-                surface: group.against,
+                surface: group.against.into(),
                 phase: found.phase,
                 force: found.force,
                 depth_m: found.depth_m,

@@ -36,5 +36,6 @@ mod forces;
 pub mod model;
 pub mod output;
 mod packets;
+pub mod soft;
 pub mod state;
 pub mod step;

@@ -10,6 +10,7 @@ use glam::DQuat;
 
 use crate::bodies::BodyModel;
 use crate::contacts::Contacts;
+use crate::soft::SoftContacts;
 
 /// Most users of a session.
 pub const MAX_USERS: usize = 16;
@@ -52,6 +53,8 @@ pub struct HostModel {
     /// Those of them that have no surface: fingers are coupled to their centres.
     pub(crate) points: Vec<usize>,
     pub(crate) contacts: Contacts,
+    /// At a host that simulates a soft body.
+    pub(crate) soft: Option<SoftContacts>,
     /// Whether copies are coupled in how they are turned: where bodies turn, and have surfaces.
     pub(crate) turns: bool,
     pub(crate) finger_radius_m: f64,
@@ -83,6 +86,7 @@ impl HostModel {
             play_out: scene.link.play_out,
             about: bodies.iter().map(|body| body.start.pose.orientation).collect(),
             contacts: Contacts::new(scene, role, &fingers, &bodies),
+            soft: (scene.soft.exists() && role != Role::Client).then(|| SoftContacts::new(scene)),
             turns: scene.space != Space::Line && bodies.iter().any(|body| body.surface.exists()),
             finger_radius_m: scene.hand.finger_radius_m,
             play_out_periods: scene.hosts().map(|from| scene.play_out_periods(from)).collect(),
@@ -128,12 +132,16 @@ impl HostModel {
     pub fn state_bytes(&self) -> usize {
         const ENTRY: usize = 112;
         const CONTACT: usize = 192;
+        const SOFT_CONTACT: usize = 320;
         let entries =
             |host: HostIndex| usize::from(self.fingers[host.index()]) + self.bodies.len() + MAX_FINGERS;
         let samples = |host: HostIndex| self.play_out_periods[host.index()] as usize + 18;
         let peers: usize =
             self.sources().map(|host| 256 + samples(host) * (16 + entries(host) * ENTRY)).sum();
-        4096 + peers + self.bodies.len() * ENTRY + self.contacts.slots() * CONTACT
+        4096 + peers
+            + self.bodies.len() * ENTRY
+            + self.contacts.slots() * CONTACT
+            + self.soft_slots() * SOFT_CONTACT
     }
 }
 

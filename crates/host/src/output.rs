@@ -8,6 +8,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::model::{HostModel, MAX_BODIES};
+use crate::soft::SlowInput;
 
 /// Most couplers of one tick that [`TickOutput::couplers`] lists; the forces of any more count all the same.
 pub const MAX_COUPLERS: usize = 128;
@@ -26,6 +27,8 @@ pub struct TickOutput {
     pub couplers: ArrayVec<CouplerOutput, MAX_COUPLERS>,
     /// Every contact that is not free: fingers first.
     pub contacts: ArrayVec<ContactRecord, MAX_CONTACTS>,
+    /// What goes to the slow simulation after this tick, at the ticks at which something does.
+    pub slow: Option<SlowInput>,
     /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds, now or before.
@@ -42,6 +45,7 @@ impl TickOutput {
         self.wrenches.extend(zeros(model.body_count()));
         self.couplers.clear();
         self.contacts.clear();
+        self.slow = None;
         self.touches_wall = false;
         self.diverged = false;
     }
@@ -101,6 +105,8 @@ pub enum ContactSurface {
     Body(u8),
     /// A wall, from 0, in the scene's order.
     Wall(u8),
+    /// The soft body.
+    Soft,
 }
 
 /// Room for `fingers × bodies`, with a number to each pair.

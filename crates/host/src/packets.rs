@@ -36,8 +36,10 @@ pub(crate) fn for_client(
     client: HostIndex,
 ) -> StatePacket {
     let mut packet = StatePacket { step, entries: ArrayVec::new() };
+    let soft = crate::soft::force_on_fingers(model, state, step, readings, client);
     for finger in 0..model.fingers[client.index()] {
         let force = centralized::force_on_client(model, state, client, usize::from(finger));
+        let force = force + soft.get(usize::from(finger)).copied().unwrap_or_default();
         push(&mut packet, Entry::Force { point: finger, wrench: Wrench::force(force) });
     }
     push_objects(&mut packet, model, state);

@@ -7,6 +7,7 @@ use cotouch_world::rigid::BodyState;
 use serde::{Deserialize, Serialize};
 
 use crate::model::HostModel;
+use crate::soft::SoftHostState;
 
 /// A host's state between two ticks.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,6 +22,8 @@ pub struct HostState {
     pub contacts: Vec<ContactState>,
     /// Which groups of corners are near the surface that they may touch.
     pub near: Vec<bool>,
+    /// What there is of a soft body; empty where there is none, and at a client.
+    pub soft: SoftHostState,
     /// One entry a host; the own entry stays empty.
     pub peers: Vec<PeerState>,
     /// Set while a late joiner waits for the world's present state.
@@ -58,6 +61,7 @@ impl HostState {
             bodies: model.bodies.iter().map(|body| body.start).collect(),
             contacts: vec![ContactState::default(); model.contacts.slots()],
             near: vec![false; model.contacts.groups()],
+            soft: SoftHostState::new(model.soft_slots()),
             peers: HostIndex::all(model.users).map(peer).collect(),
             adopting: false,
             diverged: false,
@@ -70,6 +74,8 @@ impl HostState {
         self.bodies.len() == model.bodies.len()
             && self.contacts.len() == model.contacts.slots()
             && self.near.len() == model.contacts.groups()
+            && self.soft.contacts.len() == model.soft_slots()
+            && self.soft.returned_n.len() == model.soft_slots()
             && self.peers.len() == usize::from(model.users)
     }
 }

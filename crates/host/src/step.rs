@@ -99,7 +99,7 @@ impl HostModel {
         } else if self.role == Role::Client {
             centralized::client_forces(state, output);
         } else if readings.iter().all(Reading::is_finite) {
-            forces::of_world(self, state, readings, output);
+            forces::of_world(self, state, tick, readings, output);
             self.step_bodies(state, output);
         } else {
             self.give_up(state, output);
@@ -155,7 +155,8 @@ impl HostModel {
             }
         }
         let waited_s = state.ticks_done as f64 * self.schedule.control().period_s();
-        state.adopting = heard.is_none() && waited_s < LONGEST_WAIT_S;
+        // Where nothing moves but a soft body, there is nothing to wait for.
+        state.adopting = heard.is_none() && !self.moving.is_empty() && waited_s < LONGEST_WAIT_S;
     }
 }
 

@@ -113,6 +113,7 @@ fn visit_all_but_contacts(record: &TickRecord, visit: &mut impl FnMut(Field, Val
         governor_acted,
         governor_gain,
         energy_j,
+        finger_energy_j,
         touches_wall,
         diverged,
         lateness_ns: _,
@@ -144,6 +145,9 @@ fn visit_all_but_contacts(record: &TickRecord, visit: &mut impl FnMut(Field, Val
         visit(Field { quantity: "governor_gain", ..field }, Value::Real(gain));
     }
     visit(plain("energy_j"), Value::Real(*energy_j));
+    for (field, &energy_j) in numbered("finger").zip(finger_energy_j) {
+        visit(Field { quantity: "energy", unit: "j", ..field }, Value::Real(energy_j));
+    }
     visit(plain("touches_wall"), Value::Flag(*touches_wall));
     visit(plain("diverged"), Value::Flag(*diverged));
 }
@@ -160,7 +164,10 @@ fn visit_contact_of_finger(
     let contact = record.contact_of(host, finger);
     let phase = contact.map_or(0, |contact| phase_number(contact.phase));
     visit(Field { quantity: "contact_phase", ..field }, Value::Whole(phase));
-    let body = contact.map_or(Value::Nothing, |contact| surface_number(contact.surface));
+    let body = contact.map_or(Value::Nothing, |contact| match contact.surface {
+        ContactSurface::Body(index) | ContactSurface::Wall(index) => Value::Whole(i128::from(index) + 1),
+        ContactSurface::Soft => Value::Nothing,
+    });
     visit(Field { quantity: "contact_body", ..field }, body);
     let (force, depth_m) = contact.map_or_else(Default::default, |contact| (contact.force, contact.depth_m));
     visit_vector(Field { quantity: "contact_force", unit: "n", ..field }, force, visit);
@@ -175,10 +182,11 @@ fn visit_contact(field: Field, contact: &ContactRecord, visit: &mut impl FnMut(F
     for (quantity, index) in point {
         visit(Field { quantity, ..field }, Value::Whole(i128::from(index) + 1));
     }
-    let number = surface_number(contact.surface);
+    let number = |index: u8| Value::Whole(i128::from(index) + 1);
     let (body, wall) = match contact.surface {
-        ContactSurface::Body(_) => (number, Value::Nothing),
-        ContactSurface::Wall(_) => (Value::Nothing, number),
+        ContactSurface::Body(index) => (number(index), Value::Nothing),
+        ContactSurface::Wall(index) => (Value::Nothing, number(index)),
+        ContactSurface::Soft => (Value::Nothing, Value::Nothing),
     };
     visit(Field { quantity: "on_body", ..field }, body);
     visit(Field { quantity: "on_wall", ..field }, wall);
@@ -199,11 +207,6 @@ fn phase_number(phase: Phase) -> i128 {
         Phase::PreSlide => 2,
         Phase::Slide => 3,
     }
-}
-
-fn surface_number(surface: ContactSurface) -> Value {
-    let (ContactSurface::Body(index) | ContactSurface::Wall(index)) = surface;
-    Value::Whole(i128::from(index) + 1)
 }
 
 /// `part1`, `part2`, …

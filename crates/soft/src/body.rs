@@ -5,7 +5,10 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use crate::balloon::balloon;
+use crate::corotational::Corotational;
 use crate::linear::LinearBody;
+use crate::mass_spring::mass_spring;
 
 /// A point of the material: a weighted mean of nodes. A point of the surface has three nodes (and a weight 0), one inside
 /// a tetrahedron four. The weights sum to 1.
@@ -152,6 +155,8 @@ impl Clone for Box<dyn SoftBody> {
 pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
     match scene.soft.model {
         SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
-        SoftModel::MassSpring | SoftModel::Corotational | SoftModel::Balloon => todo!(),
+        SoftModel::MassSpring => Ok(Box::new(mass_spring(scene)?)),
+        SoftModel::Balloon => Ok(Box::new(balloon(scene)?)),
+        SoftModel::Corotational => Ok(Box::new(Corotational::of_scene(scene)?)),
     }
 }

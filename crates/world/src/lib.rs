@@ -33,6 +33,7 @@ pub mod coupler;
 mod cuboid;
 pub mod ground;
 mod hull;
+pub mod local;
 pub mod proxy;
 pub mod rigid;
 mod round;

@@ -39,7 +39,7 @@ mod triangle;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-pub use mesh_surface::{MeshSurface, SurfaceError};
+pub use mesh_surface::{MeshSurface, SurfaceError, SurfacePoint};
 
 use half_space::{Foot, HalfSpace, Held, TOLERANCE_M};
 use mesh_surface::HalfSpaces;

@@ -40,6 +40,21 @@ pub enum SurfaceError {
     },
 }
 
+/// A point of a surface, as a part of its triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurfacePoint {
+    /// Which triangle, counted as given.
+    pub triangle: u32,
+    /// Its vertices.
+    pub vertices: [u32; 3],
+    /// How much each of them counts; they sum to 1.
+    pub weights: [f64; 3],
+    /// m, body's frame.
+    pub point: DVec3,
+    /// Outward, unit; zero where there is no direction.
+    pub outward: DVec3,
+}
+
 /// A triangle mesh in its body's frame, in a tree of boxes.
 ///
 /// Triangles are counter-clockwise seen from outside. An open mesh is touched from the side that a proxy starts at,
@@ -55,6 +70,8 @@ pub struct MeshSurface {
     corners: Vec<[DVec3; 3]>,
     /// Their places in the list that the surface was made from.
     given_as: Vec<u32>,
+    /// The other way round.
+    place_of: Vec<u32>,
     tree: Tree,
     /// How many times the surface was deformed.
     generation: u32,
@@ -85,12 +102,17 @@ impl MeshSurface {
         let triangles: Vec<[u32; 3]> = given_as.iter().map(|&at| triangles[at as usize]).collect();
         let corners = triangles.iter().map(corners_of).collect();
         let previous = vertices.clone();
+        let mut place_of = vec![0; given_as.len()];
+        for (place, &given) in (0..).zip(&given_as) {
+            place_of[given as usize] = place;
+        }
         Ok(Self {
             vertices,
             previous,
             triangles,
             corners,
             given_as,
+            place_of,
             tree,
             generation: 0,
             displacement_m: 0.0,
@@ -128,6 +150,27 @@ impl MeshSurface {
         Ok(())
     }
 
+    /// Takes the shape and the history of another surface of as many vertices and the same triangles. Allocates nothing
+    /// then.
+    pub fn copy_from(&mut self, other: &Self) {
+        self.vertices.clone_from(&other.vertices);
+        self.previous.clone_from(&other.previous);
+        self.triangles.clone_from(&other.triangles);
+        self.corners.clone_from(&other.corners);
+        self.given_as.clone_from(&other.given_as);
+        self.place_of.clone_from(&other.place_of);
+        self.tree.clone_from(&other.tree);
+        self.generation = other.generation;
+        self.displacement_m = other.displacement_m;
+    }
+
+    /// Takes the present shape for the one that it had all along, deformed `generation` times: proxies of that time stay.
+    pub fn forget_motion(&mut self, generation: u32) {
+        self.previous.clone_from(&self.vertices);
+        self.displacement_m = 0.0;
+        self.generation = generation;
+    }
+
     /// Where the vertices are now, m.
     #[must_use]
     pub fn vertices(&self) -> &[DVec3] {
@@ -163,8 +206,39 @@ impl MeshSurface {
         Some((if outward.dot(point - nearest) < 0.0 { -distance } else { distance }, nearest))
     }
 
+    /// The surface's point nearest to `point` (m); None without triangles.
+    #[must_use]
+    pub fn nearest_point(&self, point: DVec3) -> Option<SurfacePoint> {
+        let (at, nearest, outward) = self.nearest_at(point)?;
+        Some(SurfacePoint { outward, ..self.point_of(at, nearest) })
+    }
+
+    /// The point nearest to `point` (m) of one triangle, counted as given, and that triangle's normal; None where there is
+    /// no such triangle.
+    #[must_use]
+    pub fn nearest_on(&self, triangle: u32, point: DVec3) -> Option<SurfacePoint> {
+        let at = *self.place_of.get(triangle as usize)? as usize;
+        Some(self.point_of(at, triangle::closest_point(&self.corners[at], point)))
+    }
+
+    /// A point of a triangle, in the tree's order.
+    fn point_of(&self, at: usize, point: DVec3) -> SurfacePoint {
+        SurfacePoint {
+            triangle: self.given_as[at],
+            vertices: self.triangles[at],
+            weights: triangle::weights(&self.corners[at], point),
+            point,
+            outward: triangle::normal(&self.corners[at]),
+        }
+    }
+
     /// The surface's point nearest to `point`, and the outward direction there.
     pub(super) fn nearest(&self, point: DVec3) -> Option<(DVec3, DVec3)> {
+        self.nearest_at(point).map(|(_, nearest, outward)| (nearest, outward))
+    }
+
+    /// The same, and its triangle in the tree's order.
+    fn nearest_at(&self, point: DVec3) -> Option<(usize, DVec3, DVec3)> {
         let foot = |at: usize| triangle::closest_point(&self.corners[at], point);
         let (at, squared) = self.tree.nearest(point, |at| foot(at).distance_squared(point))?;
         let nearest = foot(at);
@@ -177,11 +251,12 @@ impl MeshSurface {
             }
             ControlFlow::Continue(())
         });
-        Some((nearest, outward.normalize_or_zero()))
+        Some((at, nearest, outward.normalize_or_zero()))
     }
 
     /// A distance (m) from `point` that the surface is not nearer than.
-    pub(super) fn distance_at_least(&self, point: DVec3) -> f64 {
+    #[must_use]
+    pub fn distance_at_least(&self, point: DVec3) -> f64 {
         self.tree.distance(point)
     }
 

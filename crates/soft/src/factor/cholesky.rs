@@ -1,0 +1,220 @@
+//! The Cholesky factor of a [`BlockMatrix`], by supernodes.
+
+use std::sync::Arc;
+
+use faer::dyn_stack::{MemBuffer, MemStack};
+use faer::linalg::cholesky::llt::factor::LltRegularization;
+use faer::sparse::linalg::SupernodalThreshold;
+use faer::sparse::linalg::cholesky::{
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+};
+use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
+use faer::{Conj, MatMut, Par, Side};
+use glam::DMat3;
+use nalgebra::DMatrix;
+
+use super::block_matrix::BlockMatrix;
+use super::symbolic::Symbolic;
+
+/// A matrix that has no Cholesky factor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("the matrix is not positive definite")]
+pub struct NotPositive;
+
+/// The factor `L·Lᵀ` of a symmetric positive definite matrix. Pattern, order and memory stay when the values change; one core.
+pub struct Factor {
+    shared: Arc<Shared>,
+    matrix_values: Vec<f64>,
+    factor_values: Vec<f64>,
+    workspace: MemBuffer,
+}
+
+/// What depends on the pattern only.
+struct Shared {
+    symbolic: Arc<Symbolic>,
+    column_start: Vec<u32>,
+    rows: Vec<u32>,
+    structure: SymbolicCholesky<u32>,
+}
+
+impl Factor {
+    /// Room for the factor of a matrix of this pattern; of no matrix yet.
+    ///
+    /// # Panics
+    /// When the factor would have more than 2³² entries.
+    #[must_use]
+    pub fn new(symbolic: Arc<Symbolic>) -> Self {
+        Self::of(Arc::new(Shared::new(symbolic)))
+    }
+
+    fn of(shared: Arc<Shared>) -> Self {
+        let need = shared.structure.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
+        let factor_values = vec![0.0; shared.structure.len_val()];
+        let matrix_values = vec![0.0; shared.rows.len()];
+        Self { matrix_values, factor_values, workspace: MemBuffer::new(need), shared }
+    }
+
+    /// The pattern.
+    #[must_use]
+    pub fn symbolic(&self) -> &Arc<Symbolic> {
+        &self.shared.symbolic
+    }
+
+    /// Becomes the factor of `matrix`.
+    ///
+    /// # Errors
+    /// When it is not positive definite; then this is the factor of no matrix.
+    ///
+    /// # Panics
+    /// When the matrix has another pattern.
+    pub fn refactor(&mut self, matrix: &BlockMatrix) -> Result<(), NotPositive> {
+        let Self { shared, matrix_values, factor_values, workspace } = self;
+        assert!(Arc::ptr_eq(matrix.symbolic(), &shared.symbolic), "the matrix is of another pattern");
+        lower_triangle(matrix, matrix_values);
+        let size = shared.symbolic.coordinates();
+        let pattern =
+            SymbolicSparseColMatRef::new_checked(size, size, &shared.column_start, None, &shared.rows);
+        shared
+            .structure
+            .factorize_numeric_llt(
+                factor_values,
+                SparseColMatRef::new(pattern, matrix_values),
+                Side::Lower,
+                LltRegularization::default(),
+                Par::Seq,
+                MemStack::new(workspace),
+                Default::default(),
+            )
+            .map_err(|_| NotPositive)?;
+        let finite = factor_values.iter().all(|value| value.is_finite());
+        if finite { Ok(()) } else { Err(NotPositive) }
+    }
+
+    /// `vector` becomes the solution of `matrix · solution = vector`.
+    ///
+    /// # Panics
+    /// When the vector has not as many entries as the matrix has rows.
+    pub fn solve_in_place(&self, vector: &mut [f64]) {
+        let rows = vector.len();
+        self.solve(MatMut::from_column_major_slice_mut(vector, rows, 1));
+    }
+
+    /// The same for each column.
+    ///
+    /// # Panics
+    /// When the columns have not as many entries as the matrix has rows.
+    pub fn solve_columns_in_place(&self, columns: &mut DMatrix<f64>) {
+        let (rows, count) = columns.shape();
+        self.solve(MatMut::from_column_major_slice_mut(columns.as_mut_slice(), rows, count));
+    }
+
+    fn solve(&self, right_sides: MatMut<'_, f64>) {
+        let structure = &self.shared.structure;
+        let need = structure.solve_in_place_scratch::<f64>(right_sides.ncols(), Par::Seq);
+        let mut memory = MemBuffer::new(need);
+        let factor = LltRef::new(structure, &self.factor_values);
+        factor.solve_in_place_with_conj(Conj::No, right_sides, Par::Seq, MemStack::new(&mut memory));
+    }
+
+    /// How many entries the factor has.
+    #[must_use]
+    pub fn entries(&self) -> usize {
+        self.factor_values.len()
+    }
+
+    /// Bytes on the heap, about: the values, the workspace and the part that depends on the pattern only.
+    #[must_use]
+    pub fn memory_bytes(&self) -> usize {
+        let values = size_of::<f64>() * (self.matrix_values.len() + self.factor_values.len());
+        let pattern = size_of::<u32>() * (self.shared.rows.len() + self.shared.column_start.len());
+        values + self.workspace.len() + pattern
+    }
+}
+
+impl Clone for Factor {
+    fn clone(&self) -> Self {
+        let mut clone = Self::of(self.shared.clone());
+        clone.factor_values.copy_from_slice(&self.factor_values);
+        clone
+    }
+}
+
+impl std::fmt::Debug for Factor {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(formatter, "Factor({} rows, {} entries)", self.symbolic().coordinates(), self.entries())
+    }
+}
+
+impl Shared {
+    fn new(symbolic: Arc<Symbolic>) -> Self {
+        let (column_start, rows) = lower_pattern(&symbolic);
+        let structure = structure(&column_start, &rows);
+        Self { symbolic, column_start, rows, structure }
+    }
+}
+
+/// The supernodes of the factor of a matrix with this lower triangle.
+fn structure(column_start: &[u32], rows: &[u32]) -> SymbolicCholesky<u32> {
+    let size = column_start.len() - 1;
+    let (upper_start, upper_rows) = transposed(column_start, rows);
+    let upper = SymbolicSparseColMatRef::new_checked(size, size, &upper_start, None, &upper_rows);
+    let parameters = CholeskySymbolicParams {
+        supernodal_flop_ratio_threshold: SupernodalThreshold::FORCE_SUPERNODAL,
+        ..Default::default()
+    };
+    factorize_symbolic_cholesky(upper, Side::Upper, SymmetricOrdering::Identity, parameters)
+        .expect("the factor of a mesh of at most 200 000 elements has room")
+}
+
+/// Columns of the lower triangle, coordinate by coordinate: where they begin, and the rows.
+fn lower_pattern(symbolic: &Symbolic) -> (Vec<u32>, Vec<u32>) {
+    let (mut column_start, mut rows) = (vec![0], Vec::new());
+    for column in 0..symbolic.free_nodes() {
+        for axis in 0..3 {
+            rows.extend((axis..3).map(|row| (3 * column + row) as u32));
+            let below = &symbolic.rows[symbolic.below(column)];
+            rows.extend(below.iter().flat_map(|&row| [3 * row, 3 * row + 1, 3 * row + 2]));
+            column_start.push(rows.len() as u32);
+        }
+    }
+    (column_start, rows)
+}
+
+/// The values in the order of [`lower_pattern`].
+fn lower_triangle(matrix: &BlockMatrix, values: &mut [f64]) {
+    let symbolic = &*matrix.symbolic;
+    let (diagonal, below) = matrix.blocks.split_at(symbolic.free_nodes());
+    let mut next = 0;
+    for (column, block) in diagonal.iter().enumerate() {
+        for axis in 0..3 {
+            let of_axis = |block: &DMat3| block.col(axis).to_array();
+            values[next..next + 3 - axis].copy_from_slice(&of_axis(block)[axis..]);
+            next += 3 - axis;
+            for block in &below[symbolic.below(column)] {
+                values[next..next + 3].copy_from_slice(&of_axis(block));
+                next += 3;
+            }
+        }
+    }
+}
+
+/// The pattern of the transposed matrix.
+fn transposed(column_start: &[u32], rows: &[u32]) -> (Vec<u32>, Vec<u32>) {
+    let size = column_start.len() - 1;
+    let mut start = vec![0_u32; size + 1];
+    for &row in rows {
+        start[row as usize + 1] += 1;
+    }
+    for row in 0..size {
+        start[row + 1] += start[row];
+    }
+    let mut next = start.clone();
+    let mut turned = vec![0; rows.len()];
+    for column in 0..size {
+        for &row in &rows[column_start[column] as usize..column_start[column + 1] as usize] {
+            turned[next[row as usize] as usize] = column as u32;
+            next[row as usize] += 1;
+        }
+    }
+    (start, turned)
+}

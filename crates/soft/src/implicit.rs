@@ -1,0 +1,730 @@
+//! The step that springs and balloons share: backward Euler or equilibrium, by Newton's method, with energy under control.
+//!
+//! A period looks for the nodes `x` that make the incremental potential least (its gradient is h⁻¹ times the residual of the
+//! backward Euler step), subject to the kept volume if there is one:
+//!
+//! ```text
+//! Φ(x) = E(x) − f·x + ½·dᵀ·(((1 + h·α)/h²)·M + (β/h)·K₀)·d − (1/h)·vᵀ·M·d,   d = x − x₀
+//! ```
+//!
+//! with `K₀` the stiffness at the start of the period. Every Newton step is shortened until Φ falls. In the end the whole
+//! displacement is shortened until the body has no more energy than it had plus the work of the forces: energy never grows
+//! without input, however the Newton steps went.
+
+use std::sync::Arc;
+
+use cotouch_scene::scene::Scene;
+use glam::{DMat3, DVec3};
+use nalgebra::{DMatrix, DVector};
+
+use crate::body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState};
+use crate::enclosed::Enclosed;
+use crate::factor::{BlockMatrix, Factor, Symbolic};
+use crate::linear::LinearBody;
+
+/// A shape whose volume is further than this from what it should be, relative, was not the result of a step.
+const MOST_VOLUME_ERROR: f64 = 1e-3;
+/// Newton steps after which a static equilibrium counts as not found.
+const MOST_SETTLING_STEPS: usize = 300;
+/// Newton steps of a period that is to end in equilibrium.
+const MOST_QUASI_STATIC_STEPS: usize = 30;
+/// A Newton step shorter than this part of the body's size ends the search for an equilibrium.
+const SETTLED: f64 = 1e-12;
+/// One that rounding keeps from going further downhill may be this long.
+const NEARLY_SETTLED: f64 = 1e-7;
+/// Φ has to fall by this part of what its slope promises.
+const SUFFICIENT: f64 = 1e-4;
+/// How often a step is halved before it is given up.
+const MOST_HALVINGS: usize = 40;
+/// Energies that differ by less than this part of themselves count as equal.
+const ROUNDING: f64 = 1e-13;
+
+/// What holds a body together: an energy of its nodes' positions.
+pub(crate) trait Elastic: Clone + Send + Sync + 'static {
+    /// Elastic energy, J.
+    fn energy_j(&self, positions_m: &[DVec3]) -> f64;
+
+    /// Adds the elastic forces, N.
+    fn add_forces(&self, positions_m: &[DVec3], forces_n: &mut [DVec3]);
+
+    /// Adds `scale` times the tangent stiffness, N/m: exactly, or with its parts that are not positive left out.
+    fn add_tangent(&self, positions_m: &[DVec3], positive: bool, scale: f64, matrix: &mut BlockMatrix);
+
+    /// Fills the von Mises stress of every node, Pa.
+    fn stress_pa(&self, positions_m: &[DVec3], stress: &mut Vec<f32>);
+}
+
+/// What a body of this kind is made of.
+#[derive(Clone)]
+pub(crate) struct Parts<E> {
+    pub(crate) elastic: E,
+    /// The volume that it keeps, if it does.
+    pub(crate) enclosed: Option<Enclosed>,
+    pub(crate) rest_m: Vec<DVec3>,
+    pub(crate) triangles: Vec<[u32; 3]>,
+    pub(crate) mass_kg: Vec<f64>,
+    pub(crate) fixed: Vec<bool>,
+    /// Pairs of nodes that act on each other.
+    pub(crate) pairs: Vec<[u32; 2]>,
+    /// Why the body can move without deforming, if it can.
+    pub(crate) not_held: Option<String>,
+}
+
+/// What does not change.
+struct Constants<E> {
+    parts: Parts<E>,
+    size_m: f64,
+    symbolic: Arc<Symbolic>,
+    period_s: f64,
+    mass_damping_per_s: f64,
+    stiffness_damping_s: f64,
+    newton_steps: usize,
+    quasi_static: bool,
+    gravity_m_per_s2: DVec3,
+    rest_energy_j: f64,
+    at_rest: Option<RestCompliance>,
+}
+
+/// What answers how compliant the body is about rest.
+struct RestCompliance {
+    factor: Factor,
+    /// Of a body that keeps its volume: the volume's gradient, and what the factor makes of it.
+    volume: Option<VolumeGradient>,
+}
+
+/// A volume's gradient `g` over the free coordinates.
+struct VolumeGradient {
+    gradient: Vec<f64>,
+    /// `A⁻¹·g`, with A the matrix that is solved with.
+    solved: Vec<f64>,
+    /// `gᵀ·A⁻¹·g`.
+    product: f64,
+}
+
+/// A step of Newton's method.
+struct NewtonStep {
+    /// What is subtracted from the free coordinates.
+    step: Vec<f64>,
+    /// How fast Φ falls on it.
+    fall: f64,
+    /// A direction over all nodes that changes the volume, in a body that keeps it.
+    swelling: Option<Vec<DVec3>>,
+}
+
+/// A body that [`Elastic`] holds together.
+#[derive(Clone)]
+pub(crate) struct ImplicitBody<E> {
+    constants: Arc<Constants<E>>,
+    state: SoftState,
+    matrix: BlockMatrix,
+    factor: Factor,
+}
+
+/// The potential that a search makes least.
+struct Potential<'a> {
+    start_m: &'a [DVec3],
+    velocity_m_per_s: &'a [DVec3],
+    forces_n: Vec<DVec3>,
+    /// (1 + h·α)/h², 1/s²; 0 in a search for equilibrium.
+    inertia: f64,
+    /// 1/h, 1/s; 0 in a search for equilibrium.
+    momentum: f64,
+    /// β/h; 0 in a search for equilibrium.
+    damping: f64,
+    /// K₀, where it damps.
+    damper: Option<BlockMatrix>,
+    /// Whether K₀ is without the parts that are not positive.
+    positive_damper: bool,
+    /// The pressure of the enclosed volume, Pa, where forces do not tell it.
+    known_pressure_pa: Option<f64>,
+}
+
+impl<E: Elastic> ImplicitBody<E> {
+    /// A body at rest where the parts say, with the scene's period, damping and gravity.
+    pub(crate) fn new(scene: &Scene, parts: Parts<E>) -> Result<Self, SoftError> {
+        let soft = &scene.soft;
+        if let (true, Some(why)) = (soft.quasi_static, &parts.not_held) {
+            return Err(SoftError::NotHeld(format!("{why}; without inertia nothing else holds it")));
+        }
+        let symbolic = Arc::new(Symbolic::new(&parts.rest_m, &parts.fixed, &parts.pairs));
+        let matrix = BlockMatrix::new(symbolic.clone());
+        let factor = Factor::new(symbolic.clone());
+        let state = SoftState {
+            positions_m: parts.rest_m.clone(),
+            velocities_m_per_s: vec![DVec3::ZERO; parts.rest_m.len()],
+        };
+        let mut constants = Constants {
+            size_m: extent(&parts.rest_m),
+            period_s: scene.rates.simulation_hz.period_s(),
+            mass_damping_per_s: soft.mass_damping_per_s,
+            stiffness_damping_s: soft.stiffness_damping_s,
+            newton_steps: soft.newton_steps as usize,
+            quasi_static: soft.quasi_static,
+            gravity_m_per_s2: scene.gravity_m_per_s2,
+            rest_energy_j: parts.elastic.energy_j(&parts.rest_m),
+            at_rest: None,
+            symbolic,
+            parts,
+        };
+        constants.at_rest = constants.rest_compliance(factor.clone());
+        Ok(Self { constants: Arc::new(constants), state, matrix, factor })
+    }
+
+    /// The same, at rest where its parts are in equilibrium without gravity.
+    ///
+    /// # Errors
+    /// As [`ImplicitBody::new`]; and when nothing holds it, or there is no equilibrium.
+    pub(crate) fn new_settled(scene: &Scene, mut parts: Parts<E>) -> Result<Self, SoftError> {
+        if let Some(why) = &parts.not_held {
+            return Err(SoftError::NotHeld(why.clone()));
+        }
+        let mut body = Self::new(scene, parts.clone())?;
+        let start = body.state.clone();
+        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
+        body.factorise(&potential);
+        if !body.search(&potential, MOST_SETTLING_STEPS) {
+            return Err(SoftError::NoEquilibrium("the mesh at rest does not come to rest".into()));
+        }
+        parts.rest_m = body.state.positions_m;
+        Self::new(scene, parts)
+    }
+
+    /// The period of a body without inertia.
+    fn step_in_equilibrium(&mut self, forces_n: Vec<DVec3>) {
+        let most_steps = MOST_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
+        self.recover_volume();
+        let start = self.state.clone();
+        let potential = Potential::of_equilibrium(&start, forces_n);
+        self.factorise(&potential);
+        self.search(&potential, most_steps);
+        self.state.velocities_m_per_s.fill(DVec3::ZERO);
+    }
+
+    /// The period of a body with inertia.
+    fn step_in_time(&mut self, forces_n: Vec<DVec3>) {
+        let newton_steps = self.constants.newton_steps;
+        self.recover_volume();
+        let start = self.state.clone();
+        let potential = self.potential_in_time(&start, forces_n);
+        let base = self.keep_volume();
+        self.search(&potential, newton_steps);
+        self.arrive(&start, &base, &potential.forces_n);
+    }
+
+    /// A shape that cannot be of this volume by far comes nearer to the one at rest until it can, and stops.
+    fn recover_volume(&mut self) {
+        let constants = self.constants.clone();
+        let Parts { enclosed: Some(enclosed), rest_m, .. } = &constants.parts else { return };
+        if enclosed.error(&self.state.positions_m).abs() <= MOST_VOLUME_ERROR {
+            return;
+        }
+        self.state.velocities_m_per_s.fill(DVec3::ZERO);
+        for part in (0..=10).map(|tenths| f64::from(tenths) / 10.0) {
+            let nearer = self.state.positions_m.iter().zip(rest_m).map(|(at, rest)| at.lerp(*rest, part));
+            let mut nearer: Vec<DVec3> = nearer.collect();
+            let swelling = constants.free_part(enclosed.gradient(&nearer));
+            if enclosed.error(&nearer) > -0.5 && enclosed.restore(&mut nearer, &swelling) {
+                self.state.positions_m = nearer;
+                return;
+            }
+        }
+        self.state.positions_m.clone_from(rest_m);
+    }
+
+    /// Brings the volume back to what it should be, with the factor of where the nodes are; returns where they are then.
+    fn keep_volume(&mut self) -> Vec<DVec3> {
+        let constants = self.constants.clone();
+        if let Some(enclosed) = &constants.parts.enclosed {
+            let volume = constants.volume_gradient(enclosed, &self.state.positions_m, &self.factor);
+            enclosed.restore(&mut self.state.positions_m, &constants.scattered(&volume.solved));
+        }
+        self.state.positions_m.clone()
+    }
+
+    fn potential_in_time<'a>(&mut self, start: &'a SoftState, forces_n: Vec<DVec3>) -> Potential<'a> {
+        let mut potential = Potential::of_equilibrium(start, forces_n);
+        potential.add_time(&self.constants);
+        let positive = !self.factorise(&potential);
+        if potential.damping > 0.0 {
+            let mut damper = BlockMatrix::new(self.constants.symbolic.clone());
+            self.constants.add_stiffness(&mut damper, &potential, &start.positions_m, positive, 1.0);
+            (potential.positive_damper, potential.damper) = (positive, Some(damper));
+        }
+        potential
+    }
+
+    /// Newton's method downhill from the present positions, with the factor of about there for the first step. Returns
+    /// whether it ended in a minimum.
+    fn search(&mut self, potential: &Potential<'_>, most_steps: usize) -> bool {
+        let constants = self.constants.clone();
+        let mut value = constants.potential(potential, &self.state.positions_m);
+        for step in 0..most_steps {
+            if step > 0 {
+                self.factorise(potential);
+            }
+            let newton = constants.newton_step(potential, &self.state.positions_m, &self.factor);
+            let longest = newton.step.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+            let found = constants.downhill(potential, &self.state.positions_m, value, &newton);
+            let Some((positions, less)) = found else { return longest <= NEARLY_SETTLED * constants.size_m };
+            (self.state.positions_m, value) = (positions, less);
+            if longest <= SETTLED * constants.size_m {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// The factor of Φ's second derivative where the nodes are: with the exact stiffness if that is positive definite, else
+    /// without the parts of it that are not positive. Returns whether it is exact.
+    fn factorise(&mut self, potential: &Potential<'_>) -> bool {
+        let constants = self.constants.clone();
+        for positive in [false, true] {
+            constants.fill(&mut self.matrix, potential, &self.state.positions_m, positive);
+            if self.factor.refactor(&self.matrix).is_ok() {
+                return !positive;
+            }
+        }
+        // Something is loose in this very shape: a little of the body's stiffness everywhere holds it.
+        let mut extra = 1e-9 * constants.stiffness_n_per_m();
+        while self.factor.refactor(&self.matrix).is_err() && extra.is_finite() {
+            (0..constants.symbolic.free_nodes()).for_each(|place| self.matrix.add_to_diagonal(place, extra));
+            extra *= 10.0;
+        }
+        false
+    }
+
+    /// Shortens the displacement from `base_m` until energy allows it; and the velocities of a period that began at `start`.
+    /// `base_m` is where it began, with the volume put right.
+    fn arrive(&mut self, start: &SoftState, base_m: &[DVec3], forces_n: &[DVec3]) {
+        let constants = self.constants.clone();
+        let speeds = |to: &[DVec3], from: &[DVec3]| -> Vec<DVec3> {
+            to.iter().zip(from).map(|(to, from)| (*to - *from) / constants.period_s).collect()
+        };
+        let put_right = speeds(base_m, &start.positions_m);
+        let speed_before: Vec<DVec3> =
+            start.velocities_m_per_s.iter().zip(&put_right).map(|(speed, right)| *speed - *right).collect();
+        let before = constants.elastic_j(base_m) + constants.kinetic_j(&speed_before);
+        for _ in 0..MOST_HALVINGS {
+            let to = &mut self.state.positions_m;
+            let moves = speeds(to, base_m);
+            let work: f64 = moves.iter().zip(forces_n).map(|(speed, force)| speed.dot(*force)).sum();
+            let work = work * constants.period_s;
+            let after = constants.elastic_j(to) + constants.kinetic_j(&moves);
+            let rounding =
+                ROUNDING * (after.abs() + before.abs() + work.abs() + constants.rest_energy_j.abs());
+            if after <= before + work + rounding {
+                self.state.velocities_m_per_s = speeds(to, &start.positions_m);
+                return;
+            }
+            to.iter_mut().zip(base_m).for_each(|(to, &base)| *to = base.midpoint(*to));
+            if let Some(enclosed) = &constants.parts.enclosed {
+                let swelling = constants.free_part(enclosed.gradient(to));
+                enclosed.restore(to, &swelling);
+            }
+        }
+        self.state.positions_m.copy_from_slice(base_m);
+        self.state.velocities_m_per_s.fill(DVec3::ZERO);
+    }
+}
+
+impl<'a> Potential<'a> {
+    fn of_equilibrium(start: &'a SoftState, forces_n: Vec<DVec3>) -> Self {
+        Self {
+            start_m: &start.positions_m,
+            velocity_m_per_s: &start.velocities_m_per_s,
+            forces_n,
+            inertia: 0.0,
+            momentum: 0.0,
+            damping: 0.0,
+            damper: None,
+            positive_damper: false,
+            known_pressure_pa: None,
+        }
+    }
+
+    /// Inertia and damping of a period.
+    fn add_time<E>(&mut self, constants: &Constants<E>) {
+        let Constants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *constants;
+        self.inertia = (1.0 + period_s * mass_damping_per_s) / (period_s * period_s);
+        self.momentum = 1.0 / period_s;
+        self.damping = stiffness_damping_s / period_s;
+    }
+}
+
+impl<E: Elastic> Constants<E> {
+    /// Gravity and the points' forces on every node, N; forces that are not finite count as none.
+    fn external_forces(&self, points: &[PointForce]) -> Vec<DVec3> {
+        let mut forces: Vec<DVec3> =
+            self.parts.mass_kg.iter().map(|mass| *mass * self.gravity_m_per_s2).collect();
+        for point in points.iter().filter(|point| point.force_n.is_finite()) {
+            for (&node, weight) in point.at.nodes.iter().zip(point.at.weights) {
+                forces[node as usize] += weight * point.force_n;
+            }
+        }
+        forces
+    }
+
+    /// From rest.
+    fn elastic_j(&self, positions_m: &[DVec3]) -> f64 {
+        self.parts.elastic.energy_j(positions_m) - self.rest_energy_j
+    }
+
+    fn kinetic_j(&self, velocities: &[DVec3]) -> f64 {
+        let each = self.parts.mass_kg.iter().zip(velocities);
+        each.map(|(mass, velocity)| 0.5 * mass * velocity.length_squared()).sum()
+    }
+
+    /// Φ.
+    fn potential(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> f64 {
+        let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
+        let mut value = self.parts.elastic.energy_j(positions_m);
+        for (node, (position, start)) in positions_m.iter().zip(*start_m).enumerate() {
+            let (moved, mass) = (*position - *start, self.parts.mass_kg[node]);
+            value += mass
+                * (0.5 * inertia * moved.length_squared() - momentum * velocity_m_per_s[node].dot(moved));
+            value -= forces_n[node].dot(moved);
+        }
+        match &potential.damper {
+            None => value,
+            Some(damper) => {
+                let moved = self.displacement(start_m, positions_m);
+                let mut force = vec![0.0; moved.len()];
+                damper.multiply(&moved, &mut force);
+                value + 0.5 * damping * dot(&moved, &force)
+            }
+        }
+    }
+
+    /// Φ's gradient.
+    fn gradient(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> Vec<f64> {
+        let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
+        let mut down = forces_n.clone();
+        self.parts.elastic.add_forces(positions_m, &mut down);
+        for (node, force) in down.iter_mut().enumerate() {
+            let moved = positions_m[node] - start_m[node];
+            *force -= self.parts.mass_kg[node] * (*inertia * moved - *momentum * velocity_m_per_s[node]);
+        }
+        let mut gradient = self.symbolic.gather(&down);
+        gradient.iter_mut().for_each(|part| *part = -*part);
+        if let Some(damper) = &potential.damper {
+            let mut force = vec![0.0; gradient.len()];
+            damper.multiply(&self.displacement(start_m, positions_m), &mut force);
+            gradient.iter_mut().zip(force).for_each(|(part, force)| *part += damping * force);
+        }
+        gradient
+    }
+
+    /// Φ's second derivative.
+    fn fill(
+        &self,
+        matrix: &mut BlockMatrix,
+        potential: &Potential<'_>,
+        positions_m: &[DVec3],
+        positive: bool,
+    ) {
+        matrix.clear();
+        self.add_stiffness(matrix, potential, positions_m, positive, 1.0);
+        if potential.damping > 0.0 {
+            let positive = positive || potential.positive_damper;
+            self.add_stiffness(matrix, potential, potential.start_m, positive, potential.damping);
+        }
+        for (place, &node) in self.symbolic.order().iter().enumerate() {
+            matrix.add_to_diagonal(place, potential.inertia * self.parts.mass_kg[node as usize]);
+        }
+    }
+
+    /// Adds `scale` times the tangent stiffness: of the skin or springs, and of the pressure, whose direction turns with them.
+    fn add_stiffness(
+        &self,
+        matrix: &mut BlockMatrix,
+        potential: &Potential<'_>,
+        positions_m: &[DVec3],
+        positive: bool,
+        scale: f64,
+    ) {
+        self.parts.elastic.add_tangent(positions_m, positive, scale, matrix);
+        if let (Some(enclosed), false) = (&self.parts.enclosed, positive) {
+            let known = potential.known_pressure_pa;
+            let pressure_pa =
+                known.unwrap_or_else(|| self.pressure_pa(enclosed, positions_m, &potential.forces_n));
+            enclosed.add_second(positions_m, -scale * pressure_pa, matrix);
+        }
+    }
+
+    /// The pressure that comes nearest to balancing all forces.
+    fn pressure_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3], forces_n: &[DVec3]) -> f64 {
+        let mut forces = forces_n.to_vec();
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        -dot(&gradient, &self.symbolic.gather(&forces)) / dot(&gradient, &gradient).max(f64::MIN_POSITIVE)
+    }
+
+    /// The pressure that balances the forces of most nodes: what it is in equilibrium, whatever is pressed on a few of them.
+    fn pressure_of_most_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
+        let mut forces = self.external_forces(&[]);
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = enclosed.gradient(positions_m);
+        let free = self.symbolic.order().iter().map(|&node| (forces[node as usize], gradient[node as usize]));
+        let mut pressures: Vec<f64> =
+            free.map(|(force, area)| -force.dot(area) / area.length_squared()).collect();
+        pressures.sort_unstable_by(f64::total_cmp);
+        pressures.get(pressures.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Newton's step from some positions, with the factor of Φ's second derivative there.
+    fn newton_step(&self, potential: &Potential<'_>, positions_m: &[DVec3], factor: &Factor) -> NewtonStep {
+        let gradient = self.gradient(potential, positions_m);
+        let mut step = gradient.clone();
+        factor.solve_in_place(&mut step);
+        let volume =
+            self.parts.enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, positions_m, factor));
+        if let Some(volume) = &volume {
+            let share = dot(&volume.gradient, &step) / volume.product;
+            step.iter_mut().zip(&volume.solved).for_each(|(step, solved)| *step -= share * solved);
+        }
+        let fall = dot(&step, &gradient);
+        NewtonStep { step, fall, swelling: volume.map(|volume| self.scattered(&volume.solved)) }
+    }
+
+    fn volume_gradient(&self, enclosed: &Enclosed, positions_m: &[DVec3], factor: &Factor) -> VolumeGradient {
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        let mut solved = gradient.clone();
+        factor.solve_in_place(&mut solved);
+        let product = dot(&gradient, &solved);
+        VolumeGradient { gradient, solved, product }
+    }
+
+    /// `None` if the body can move without deforming.
+    fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
+        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
+        let start =
+            SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
+        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
+        let mut matrix = BlockMatrix::new(self.symbolic.clone());
+        self.fill(&mut matrix, &potential, rest_m, false);
+        if not_held.is_some() || factor.refactor(&matrix).is_err() {
+            return None;
+        }
+        let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
+        Some(RestCompliance { factor, volume })
+    }
+
+    /// The first of the steps 1, 1/2, 1/4 … on which Φ falls, and Φ there.
+    fn downhill(
+        &self,
+        potential: &Potential<'_>,
+        from_m: &[DVec3],
+        value: f64,
+        newton: &NewtonStep,
+    ) -> Option<(Vec<DVec3>, f64)> {
+        let full = self.scattered(&newton.step);
+        let rounding = ROUNDING * (value.abs() + self.parts.elastic.energy_j(from_m).abs());
+        let mut part = 1.0;
+        for _ in 0..MOST_HALVINGS {
+            let mut to_m: Vec<DVec3> =
+                from_m.iter().zip(&full).map(|(from, step)| *from - part * *step).collect();
+            let kept = match (&self.parts.enclosed, &newton.swelling) {
+                (Some(enclosed), Some(swelling)) => enclosed.restore(&mut to_m, swelling),
+                _ => true,
+            };
+            let there = self.potential(potential, &to_m);
+            if kept && there <= value - SUFFICIENT * part * newton.fall + rounding {
+                return Some((to_m, there));
+            }
+            part *= 0.5;
+        }
+        None
+    }
+
+    /// A field over all nodes without its part on fixed ones.
+    fn free_part(&self, mut field: Vec<DVec3>) -> Vec<DVec3> {
+        field
+            .iter_mut()
+            .zip(&self.parts.fixed)
+            .filter(|(_, fixed)| **fixed)
+            .for_each(|(part, _)| *part = DVec3::ZERO);
+        field
+    }
+
+    fn displacement(&self, from_m: &[DVec3], to_m: &[DVec3]) -> Vec<f64> {
+        let moved: Vec<DVec3> = to_m.iter().zip(from_m).map(|(to, from)| *to - *from).collect();
+        self.symbolic.gather(&moved)
+    }
+
+    /// A vector over the free coordinates as a field over the nodes, zero where they are fixed.
+    fn scattered(&self, vector: &[f64]) -> Vec<DVec3> {
+        let mut field = vec![DVec3::ZERO; self.parts.rest_m.len()];
+        self.symbolic.scatter(vector, &mut field);
+        field
+    }
+
+    /// The largest stiffness of a node about rest, N/m.
+    fn stiffness_n_per_m(&self) -> f64 {
+        let mut matrix = BlockMatrix::new(self.symbolic.clone());
+        self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
+        let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
+        diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// The linearised step about the start of `potential`, whose matrix was exact or not.
+    fn linear(&self, potential: &Potential<'_>, exact: bool) -> LinearBody {
+        let stiffness = |positive| {
+            let mut matrix = BlockMatrix::new(self.symbolic.clone());
+            self.add_stiffness(&mut matrix, potential, potential.start_m, positive, 1.0);
+            matrix.entries()
+        };
+        let order = self.symbolic.order();
+        let gradient = |enclosed: &Enclosed| self.symbolic.gather(&enclosed.gradient(potential.start_m));
+        LinearBody {
+            period_s: self.period_s,
+            quasi_static: self.quasi_static,
+            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
+            mass_kg: order.iter().flat_map(|&node| [self.parts.mass_kg[node as usize]; 3]).collect(),
+            mass_damping_per_s: self.mass_damping_per_s,
+            stiffness_damping_s: self.stiffness_damping_s,
+            stiffness: stiffness(false),
+            step_stiffness: (!exact).then(|| stiffness(true)),
+            volume_gradient: self.parts.enclosed.as_ref().map(gradient),
+        }
+    }
+
+    /// The unit forces of a point along x, y and z, in the free coordinates: three columns.
+    fn unit_forces(&self, points: &[MaterialPoint]) -> DMatrix<f64> {
+        let mut columns = DMatrix::zeros(self.symbolic.coordinates(), 3 * points.len());
+        for (index, point) in points.iter().enumerate() {
+            for (&node, weight) in point.nodes.iter().zip(point.weights) {
+                let Some(place) = self.symbolic.position(node) else { continue };
+                (0..3).for_each(|axis| columns[(3 * place + axis, 3 * index + axis)] += weight);
+            }
+        }
+        columns
+    }
+}
+
+impl<E: Elastic> SoftBody for ImplicitBody<E> {
+    fn rest_m(&self) -> &[DVec3] {
+        &self.constants.parts.rest_m
+    }
+
+    fn triangles(&self) -> &[[u32; 3]] {
+        &self.constants.parts.triangles
+    }
+
+    fn state(&self) -> &SoftState {
+        &self.state
+    }
+
+    fn set_state(&mut self, state: &SoftState) {
+        let constants = self.constants.clone();
+        let Parts { rest_m, fixed, .. } = &constants.parts;
+        assert_eq!(state.positions_m.len(), rest_m.len(), "a state of another body");
+        assert_eq!(state.velocities_m_per_s.len(), rest_m.len(), "a state of another body");
+        let mut numbers = state.positions_m.iter().chain(&state.velocities_m_per_s);
+        if !numbers.all(|vector| vector.is_finite()) {
+            self.state.velocities_m_per_s.fill(DVec3::ZERO);
+            return;
+        }
+        self.state.clone_from(state);
+        for node in (0..rest_m.len()).filter(|&node| fixed[node]) {
+            self.state.positions_m[node] = rest_m[node];
+            self.state.velocities_m_per_s[node] = DVec3::ZERO;
+        }
+    }
+
+    fn step(&mut self, forces: &[PointForce]) {
+        let forces_n = self.constants.external_forces(forces);
+        if self.constants.quasi_static {
+            self.step_in_equilibrium(forces_n)
+        } else {
+            self.step_in_time(forces_n)
+        }
+    }
+
+    fn settle(&mut self, forces: &[PointForce]) -> Result<(), SoftError> {
+        if let Some(why) = &self.constants.parts.not_held {
+            return Err(SoftError::NotHeld(why.clone()));
+        }
+        let start = self.state.clone();
+        self.recover_volume();
+        let begin = self.state.clone();
+        let potential = Potential::of_equilibrium(&begin, self.constants.external_forces(forces));
+        self.factorise(&potential);
+        if !self.search(&potential, MOST_SETTLING_STEPS) {
+            self.state = start;
+            let steps = format!("{MOST_SETTLING_STEPS} Newton steps did not end in one");
+            return Err(SoftError::NoEquilibrium(steps));
+        }
+        self.state.velocities_m_per_s.fill(DVec3::ZERO);
+        Ok(())
+    }
+
+    fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>> {
+        let RestCompliance { factor, volume } = self.constants.at_rest.as_ref()?;
+        let forces = self.constants.unit_forces(points);
+        let mut displacements = forces.clone();
+        factor.solve_columns_in_place(&mut displacements);
+        let mut compliance = forces.tr_mul(&displacements);
+        if let Some(VolumeGradient { solved, product, .. }) = volume {
+            let swelling = forces.tr_mul(&DVector::from_column_slice(solved));
+            compliance -= &swelling * swelling.transpose() / *product;
+        }
+        Some((&compliance + compliance.transpose()) * 0.5)
+    }
+
+    fn linear(&self) -> Option<LinearBody> {
+        let mut body = self.clone();
+        let constants = self.constants.clone();
+        let start = self.state.clone();
+        let pressure = |enclosed| constants.pressure_of_most_pa(enclosed, &start.positions_m);
+        let mut potential = Potential::of_equilibrium(&start, constants.external_forces(&[]));
+        potential.known_pressure_pa = constants.parts.enclosed.as_ref().map(pressure);
+        if !constants.quasi_static {
+            potential.add_time(&constants);
+        }
+        let exact = body.factorise(&potential);
+        let several = constants.quasi_static || constants.newton_steps > 1;
+        (exact || !several).then(|| constants.linear(&potential, exact))
+    }
+
+    fn energy(&self) -> SoftEnergy {
+        let Constants { parts, gravity_m_per_s2, .. } = &*self.constants;
+        let SoftState { positions_m, velocities_m_per_s } = &self.state;
+        let lifted =
+            positions_m.iter().zip(&parts.rest_m).map(|(at, rest)| (*at - *rest).dot(*gravity_m_per_s2));
+        SoftEnergy {
+            elastic_j: self.constants.elastic_j(positions_m),
+            kinetic_j: self.constants.kinetic_j(velocities_m_per_s),
+            potential_j: -lifted.zip(&parts.mass_kg).map(|(lifted, mass)| lifted * mass).sum::<f64>(),
+        }
+    }
+
+    fn stress_pa(&self, stress: &mut Vec<f32>) {
+        self.constants.parts.elastic.stress_pa(&self.state.positions_m, stress);
+    }
+
+    fn period_s(&self) -> f64 {
+        self.constants.period_s
+    }
+
+    fn boxed_clone(&self) -> Box<dyn SoftBody> {
+        Box::new(self.clone())
+    }
+}
+
+/// Adds a block that joins two nodes, and its transpose on the other side of the diagonal; nothing if one is fixed.
+pub(crate) fn add_pair(matrix: &mut BlockMatrix, row: u32, column: u32, block: DMat3) {
+    if let Some(slot) = matrix.symbolic().slot(row, column) {
+        matrix.add(slot, block);
+    }
+}
+
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
+}
+
+/// The diagonal of the box around some points, m.
+fn extent(points: &[DVec3]) -> f64 {
+    let first = points.first().copied().unwrap_or_default();
+    let (low, high) = points.iter().fold((first, first), |(low, high), &at| (low.min(at), high.max(at)));
+    low.distance(high)
+}
