@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Scene, SoftMeshKind, SoftModel};
+use cotouch_scene::scene::{Action, LocalModelKind, ReturnedForce, Scene, SoftMeshKind, SoftModel};
 use cotouch_scene::soft_mesh::{SoftMesh, solids};
-use cotouch_scene::{Override, parse, scene_hash, to_toml, with_override};
+use cotouch_scene::{Override, builtin, load, parse, scene_hash, to_toml, with_override};
 use glam::DVec3;
+use parry3d_f64::query::PointQuery as _;
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
 const BLOCK: &str = r#"
 space = "space"
@@ -253,4 +255,33 @@ fn generators_are_known_by_their_names() {
     let ball = soft("{ generator = \"ball\", radius_m = 1 }", "corotational", LOWER_HALF);
     let told = told(&ball, &["soft.mesh.edge_m=0.01"]);
     assert!(told.contains("it must be a mesh of at most 200000"), "{told}");
+}
+
+/// How far a point is outside of a closed surface, m; below 0 inside.
+fn outside_by(mesh: &SoftMesh, point: DVec3) -> f64 {
+    let surface =
+        TriMesh::with_flags(mesh.nodes_m.clone(), mesh.triangles.clone(), TriMeshFlags::ORIENTED).unwrap();
+    let nearest = surface.project_local_point(point, false);
+    let distance = nearest.point.distance(point);
+    if nearest.is_inside { -distance } else { distance }
+}
+
+/// Fingers of built-in scenes with a soft object start off it, and whoever reaches anywhere reaches into it.
+#[test]
+fn built_in_scripts_touch_the_soft_object() {
+    let scenes: Vec<Scene> = builtin::names().map(|name| load(name, &[]).unwrap()).collect();
+    for scene in scenes.iter().filter(|scene| scene.soft.exists() && scene.soft.mesh().tied_n_per_m == 0.0) {
+        let depth = |point: DVec3| scene.hand.finger_radius_m - outside_by(scene.soft.mesh(), point);
+        for user in &scene.users {
+            let starts = user.fingers.iter().map(|finger| depth(finger.position_m));
+            assert!(starts.fold(f64::NEG_INFINITY, f64::max) < 0.0, "{}: {}", scene.name, user.name);
+            let reach = |action: &Action| match action {
+                Action::Reach { to_m, .. } => Some(depth(*to_m)),
+                _ => None,
+            };
+            let scripts = user.fingers.iter().flat_map(|finger| &finger.script).chain(&user.script);
+            let deepest = scripts.filter_map(reach).reduce(f64::max);
+            assert!(deepest.is_none_or(|depth| depth > 1e-3), "{}: {} {deepest:?}", scene.name, user.name);
+        }
+    }
 }
