@@ -56,8 +56,12 @@ fn the_nearest_point_is_part_of_its_triangle() {
         let turn = f64::from(at) * 2.4;
         let point = DVec3::new(turn.cos(), turn.sin(), (0.7 * turn).sin()) * 0.08;
         let found = surface.nearest_point(point).unwrap();
-        let again: DVec3 =
-            found.vertices.iter().zip(found.weights).map(|(&at, weight)| surface.vertices()[at as usize] * weight).sum();
+        let again: DVec3 = found
+            .vertices
+            .iter()
+            .zip(found.weights)
+            .map(|(&at, weight)| surface.vertices()[at as usize] * weight)
+            .sum();
         assert!(again.distance(found.point) < 1e-15 && found.outward.dot(found.point) > 0.0);
         let (distance, nearest) = surface.signed_distance(point).unwrap();
         assert!(distance == nearest.distance(point) && nearest == found.point);
@@ -100,10 +104,14 @@ fn drawn_round(friction: f64, depth_m: f64) -> (f64, f64) {
         }
         assert!(contact.touching, "at tick {tick}");
         let stretch = contact.stretch(&surface, centre);
-        let stretch = contact.slide(&law, &surface, stretch, friction * stretch.dot(contact.normal));
-        let across = stretch.dot(contact.normal);
+        // The cone stands on the normal that the tick began with.
+        let normal = contact.normal;
+        let stretch = contact.slide(&law, &surface, stretch, friction * stretch.dot(normal));
+        let across = stretch.dot(normal);
+        assert!((stretch - normal * across).length() <= friction * across + 1e-12, "at tick {tick}");
+        let along = contact.stretch(&surface, centre).reject_from(contact.normal).length();
         if tick > 500 {
-            ratio = ratio.max((stretch - contact.normal * across).length() / across);
+            ratio = ratio.max(along / contact.depth_m(&surface, centre));
         }
         let held = surface.at(&contact.anchor) + contact.offset;
         apart = apart.max((held.length() - BALL_M - RADIUS_M).abs());
@@ -166,7 +174,8 @@ fn joint_forces_satisfy_their_equation() {
     let stretches = [DVec3::new(1e-3, 0.0, 5e-3), DVec3::new(-2e-3, 1e-3, 4e-3)];
     let forces = joint_forces(&w, &before, &pair(stretches, true)).unwrap();
     for row in 0..6 {
-        let answered: f64 = (0..6).map(|at| w[6 * row + at] * (-forces[at / 3][at % 3] - before[at / 3][at % 3])).sum();
+        let answered: f64 =
+            (0..6).map(|at| w[6 * row + at] * (-forces[at / 3][at % 3] - before[at / 3][at % 3])).sum();
         // e + W·(f − f_frame) = F/K_h
         let rest = stretches[row / 3][row % 3] + answered - forces[row / 3][row % 3] / 300.0;
         assert!(rest.abs() < 1e-15, "{row}: {rest}");
