@@ -186,7 +186,12 @@ fn drawn(rig: &mut Rig, depth_m: f64, far_m: f64) -> Vec<(DVec3, DVec3)> {
 #[test]
 fn friction_keeps_to_its_cone_and_fingers_slide() {
     for kind in ["p", "pi", "compliance"] {
-        let mut rig = Rig::new(&scene(BLOCK, &[&format!("local_model.kind={kind}")]));
+        // Under a small threshold the integral brings the finger to the surface, and the next result may take it off.
+        let (kind_is, thresholds) = (
+            format!("local_model.kind={kind}"),
+            ["local_model.entry_threshold_m=0.002", "local_model.exit_threshold_m=0.003"],
+        );
+        let mut rig = Rig::new(&scene(BLOCK, &[&kind_is, thresholds[0], thresholds[1]]));
         let forces = drawn(&mut rig, 0.004, 0.03);
         assert!(forces.len() > 1300, "{kind}: it touches: {}", forces.len());
         let mut slid = 0;
@@ -194,10 +199,9 @@ fn friction_keeps_to_its_cone_and_fingers_slide() {
             let push = force.dot(*normal);
             let along = force.reject_from(*normal).length();
             assert!(push >= 0.0 && along <= 0.5 * push + 1e-9, "{kind}: {force} on {normal}");
-            if slid % 50 == 0 { println!("{kind} {force} {normal} {}", along / push); }
             slid += u32::from(along > 0.499 * push && push > 0.0);
         }
-        println!("{kind} {slid} {} {:?}", rig.anchor(0), rig.state.soft.contacts[0]);
+        assert!(slid > 100, "{kind}: {slid}");
         let moved_m = rig.anchor(0).x - 0.025;
         assert!(moved_m > 0.015, "{kind}: the anchor follows: {moved_m}");
         assert!(forces.last().unwrap().1.x < 0.0, "{kind}");
@@ -280,7 +284,7 @@ fn a_peer_that_fades_counts_for_less() {
     rig.tick(DVec3::splat(0.2));
     rig.state.peers[1].going = true;
     rig.state.peers[1].present = false;
-    for _ in 0..100 {
+    for _ in 0..99 {
         rig.tick(DVec3::splat(0.2));
     }
     let fade = rig.state.peers[1].fade;
