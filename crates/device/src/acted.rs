@@ -26,6 +26,8 @@ bitflags::bitflags! {
         const WATCHDOG = 1 << 7;
         /// Asked for a release: a fault.
         const FAULT = 1 << 8;
+        /// The passivity controller braked.
+        const PASSIVITY = 1 << 9;
 
         /// The limits, which do not act in a stable session.
         const LIMITS = Self::FORCE_LIMIT.bits() | Self::TORQUE_LIMIT.bits() | Self::SLEW_LIMIT.bits();

@@ -15,12 +15,18 @@ use crate::device::DeviceLimits;
 /// How much more than `slew·T` a tick admits, so that the default, F_max·rate, admits F_max after rounding.
 const SLEW_SLACK: f64 = 1.0 + 1e-12;
 
+/// The passivity controller brakes with at most this damping, N·s/m. A spring of stiffness K that is rendered with period
+/// T lacks K·T/2 (Colgate & Schenkel 1997): at 1 kHz this is enough for 20 kN/m. Much more would itself be unstable, with
+/// a hand and device of 0.1 kg from 200 N·s/m.
+const LARGEST_BRAKE_N_S_PER_M: f64 = 10.0;
+
 /// Where "no limit" ends, in N, N·m or N/s.
 const LARGEST_LIMIT: f64 = 1e12;
 
 /// The governor's constants. A tick is [`govern`](Self::govern).
 ///
-/// In order: what is not finite becomes a latched fault; the governor's own damping, `f − b_g·v`; F_max, direction
+/// In order: what is not finite becomes a latched fault; the governor's own damping, `f − b_g·v`; the passivity
+/// controller, if asked for, `f − b·v` with `b·v²·T` what the port's observer misses, at most 10 N·s/m; F_max, direction
 /// kept; fading in (soft start) or out (release); slew. Fading follows the smooth step `3s² − 2s³` and is a factor on
 /// the force in the soft start, and on the force of the moment in which the release began in a release, so that a
 /// release does not depend on requests any more. A release once begun is finished; after it, and only when nothing
@@ -32,6 +38,8 @@ pub struct Governor {
     force_step_n: f64,
     torque_step_n_m: f64,
     damping_n_s_per_m: f64,
+    passivity_control: bool,
+    period_s: f64,
     soft_start_ticks: u32,
     release_ticks: u32,
     watchdog_ticks: u32,
@@ -94,13 +102,16 @@ pub struct GovernorInput {
     pub link_ok: bool,
     /// Whether `requested` was computed for this tick, and is not the last one once more.
     pub fresh: bool,
+    /// What the session has given at this finger more than it had taken, J
+    /// ([`PortEnergy::deficit_j`](crate::energy::PortEnergy::deficit_j)): what a passivity controller brakes for.
+    pub deficit_j: f64,
 }
 
 impl GovernorInput {
-    /// A fresh request with all well.
+    /// A fresh request with all well, nothing to brake for.
     #[must_use]
     pub fn healthy(requested: Wrench, reading: Reading) -> Self {
-        Self { requested, reading, stop: false, link_ok: true, fresh: true }
+        Self { requested, reading, stop: false, link_ok: true, fresh: true, deficit_j: 0.0 }
     }
 }
 
@@ -129,6 +140,8 @@ impl Governor {
             force_step_n,
             torque_step_n_m: if max_torque_n_m == 0.0 { 0.0 } else { max_torque_n_m * torque_share },
             damping_n_s_per_m: limits.damping_n_s_per_m,
+            passivity_control: limits.passivity_control,
+            period_s: control.period_s(),
             soft_start_ticks: ticks(limits.soft_start_s),
             release_ticks: ticks(limits.release_s),
             watchdog_ticks: ticks(limits.watchdog_s),
@@ -145,9 +158,13 @@ impl Governor {
     /// One haptic tick. A tick that a late loop skips is not made up for: fading takes a little longer, and the force
     /// changes by no more than in any other tick. No allocation, no lock, bounded work.
     pub fn govern(&self, state: &mut GovernorState, input: &GovernorInput) -> GovernorOutput {
-        let force = self.damped(input);
+        let mut force = self.damped(input);
+        let brake_n_s_per_m = self.brake_n_s_per_m(input);
+        if brake_n_s_per_m != 0.0 {
+            force.force -= input.reading.twist.linear * brake_n_s_per_m;
+        }
         state.notice(input, &force);
-        let causes = self.causes(state, input);
+        let mut causes = self.causes(state, input);
         let phase = self.begin_phase(state, !causes.is_empty());
         let (target, acted) = match phase {
             Phase::Open => self.limited(force),
@@ -162,6 +179,7 @@ impl Governor {
         let (commanded, slewed) = self.slewed(state.commanded, target);
         state.commanded = commanded;
         state.phase = self.end_phase(phase, commanded);
+        causes.set(Acted::PASSIVITY, brake_n_s_per_m != 0.0);
         GovernorOutput { commanded, acted: causes | acted | slewed }
     }
 
@@ -192,6 +210,17 @@ impl Governor {
             wrench.force -= input.reading.twist.linear * self.damping_n_s_per_m;
         }
         wrench
+    }
+
+    /// The damping that takes away until the next tick what the session has given too much, N·s/m.
+    fn brake_n_s_per_m(&self, input: &GovernorInput) -> f64 {
+        let speed_squared = input.reading.twist.linear.length_squared();
+        let brakes = self.passivity_control && input.deficit_j > 0.0 && speed_squared > 0.0;
+        if brakes {
+            (input.deficit_j / (speed_squared * self.period_s)).min(LARGEST_BRAKE_N_S_PER_M)
+        } else {
+            0.0
+        }
     }
 
     /// Everything that asks for a release now.

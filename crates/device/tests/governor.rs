@@ -16,6 +16,7 @@ const LIMITS: GovernorLimits = GovernorLimits {
     soft_start_s: 0.05,
     release_s: 0.03,
     damping_n_s_per_m: 0.0,
+    passivity_control: false,
 };
 
 fn control() -> Rate {
@@ -215,21 +216,26 @@ fn any_input() -> impl Strategy<Value = GovernorInput> {
     let requested = prop_oneof![20 => wrench(true), 1 => wrench(false)];
     let velocity = prop_oneof![60 => vector((-2.0..2.0).boxed()), 1 => vector(any_number().boxed())];
     let flags = (prop::bool::weighted(0.03), prop::bool::weighted(0.97), prop::bool::weighted(0.9));
-    (requested, velocity, flags).prop_map(|((force, torque), velocity, (stop, link_ok, fresh))| {
+    let deficit = prop_oneof![Just(0.0), 0.0..1e-3, Just(f64::MAX)];
+    (requested, velocity, flags, deficit).prop_map(|((force, torque), velocity, flags, deficit_j)| {
+        let (stop, link_ok, fresh) = flags;
         GovernorInput {
             requested: Wrench { force, torque },
             reading: Reading::point(DVec3::ZERO, velocity),
             stop,
             link_ok,
             fresh,
+            deficit_j,
         }
     })
 }
 
 fn any_limits() -> impl Strategy<Value = GovernorLimits> {
     let fades = (0.0..0.02, 0.0..0.02, 0.001..0.01);
-    (0.1..30.0, 1.0..50_000.0, fades, prop_oneof![Just(0.0), 0.0..5.0]).prop_map(
-        |(max_force_n, max_slew_n_per_s, (soft_start_s, release_s, watchdog_s), damping_n_s_per_m)| {
+    let damping = (prop_oneof![Just(0.0), 0.0..5.0], any::<bool>());
+    (0.1..30.0, 1.0..50_000.0, fades, damping).prop_map(
+        |(max_force_n, max_slew_n_per_s, (soft_start_s, release_s, watchdog_s), damping)| {
+            let (damping_n_s_per_m, passivity_control) = damping;
             GovernorLimits {
                 max_force_n,
                 max_slew_n_per_s,
@@ -237,6 +243,7 @@ fn any_limits() -> impl Strategy<Value = GovernorLimits> {
                 soft_start_s,
                 release_s,
                 damping_n_s_per_m,
+                passivity_control,
             }
         },
     )

@@ -1,13 +1,13 @@
 //! A change of a session's settings that its running loops take between two ticks.
 //!
-//! What can change so is what forces are made of: couplings, masses, dampings, friction, the wall's stiffness, the
-//! governor's damping, and what the network does to packets. States are kept, so nothing else may: who takes part and
+//! What can change so is what forces are made of: couplings, masses, dampings, friction, the wall's stiffness, kind and gains
+//! of the local model, the governor's damping and passivity control, and what the network does to packets. States are kept, so nothing else may: who takes part and
 //! with what, where things are, rates, delays. A change is made outside of the haptic thread, which only swaps it in.
 
 use cotouch_host::model::HostModel;
 use cotouch_host::state::HostState;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{GovernorLimits, Scene};
+use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene};
 
 /// The constants of one host in a changed scene.
 #[derive(Clone, Debug)]
@@ -58,6 +58,21 @@ fn take_what_can_change(scene: &mut Scene, to: &Scene) {
         body.mass_kg = from.mass_kg;
     }
     scene.governor.damping_n_s_per_m = to.governor.damping_n_s_per_m;
+    scene.governor.passivity_control = to.governor.passivity_control;
+    take_local_model(&mut scene.local_model, &to.local_model);
+}
+
+/// Kind and gains. What the slow loop is made of (which force it returns, when results come, how the surface moves, whether
+/// contacts pull) stays.
+fn take_local_model(model: &mut LocalModel, to: &LocalModel) {
+    *model = LocalModel {
+        stiffness_from: model.stiffness_from,
+        returned_force: model.returned_force,
+        hold: model.hold,
+        result_delay_periods: model.result_delay_periods,
+        sides: model.sides,
+        ..to.clone()
+    };
 }
 
 /// A wall that comes or goes has contacts of its own, for example.

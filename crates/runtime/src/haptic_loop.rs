@@ -20,7 +20,7 @@ use crate::mailbox::Mailbox;
 use crate::monitor;
 use crate::priority;
 use crate::record::TickRecord;
-use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately};
+use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately, SurfaceShown};
 use crate::station::{Punctuality, Station};
 use crate::transport::{HapticPort, Inbound};
 
@@ -303,15 +303,23 @@ fn fingers(station: &Station<Box<dyn Device>>) -> ArrayVec<FingerSnapshot, MAX_F
     record.readings.iter().zip(&record.commanded).enumerate().map(finger).collect()
 }
 
-/// Where a finger would be if it could not get into the body that it touches, m: the contact's anchor.
+/// Where a finger would be if it could not get into what it touches, m: at a body, the contact's anchor.
 fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
     let (model, state) = (&station.model, &station.state.host);
-    let ContactSurface::Body(body) = station.last_record().contact_of(model.host, finger)?.surface else {
-        return None;
-    };
-    let body = usize::from(body);
-    let contact = model.finger_contact(state, model.host, finger, body)?;
-    Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
+    let record = station.last_record();
+    let touched = record.contact_of(model.host, finger)?;
+    match touched.surface {
+        ContactSurface::Body(body) => {
+            let body = usize::from(body);
+            let contact = model.finger_contact(state, model.host, finger, body)?;
+            Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
+        }
+        ContactSurface::Soft => {
+            let out = touched.force.try_normalize()?;
+            Some(record.readings.get(finger)?.pose.position + out * touched.depth_m)
+        }
+        ContactSurface::Wall(_) => None,
+    }
 }
 
 impl HapticHost {
@@ -325,6 +333,7 @@ impl HapticHost {
             time_s: instant.as_secs_f64(),
             fingers: fingers(&self.station),
             bodies: record.bodies.iter().map(|body| body.pose).collect(),
+            soft: self.station.state.host.soft.frame.clone().map(SurfaceShown),
             touches_wall: record.touches_wall,
             diverged: record.diverged,
             ticks: self.timing.ticks,

@@ -6,7 +6,7 @@
 //! - [`virtual_time`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
 //!   scene that way, far faster than real time, to the same bytes every time;
 //! - [`real_time`] starts sessions on real clocks and sockets: one pacing thread a process, two network threads a host
-//!   ([`transport`]), one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
+//!   ([`transport`]), one thread a host that simulates a soft object, one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
 //!
 //! Both write the same recording ([`record`], [`recorder`]), which [`recording`] reads, [`export`] turns into tables
 //! and [`replay`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is late skips to
@@ -41,6 +41,8 @@ pub mod recording;
 mod recording_thread;
 pub mod replay;
 pub mod session_handle;
+pub mod slow;
+pub mod slow_thread;
 pub mod snapshot;
 pub mod station;
 pub mod summary;

@@ -31,10 +31,12 @@ pub(crate) enum Stream {
     Sent,
     Events,
     State,
+    Surface,
 }
 
 impl Stream {
-    pub(crate) const ALL: [Self; 5] = [Self::Tick, Self::Received, Self::Sent, Self::Events, Self::State];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Tick, Self::Received, Self::Sent, Self::Events, Self::State, Self::Surface];
 
     /// As in its topic.
     pub(crate) const fn name(self) -> &'static str {
@@ -44,6 +46,7 @@ impl Stream {
             Self::Sent => "sent",
             Self::Events => "events",
             Self::State => "state",
+            Self::Surface => "surface",
         }
     }
 
@@ -55,6 +58,7 @@ impl Stream {
             Self::Sent => "cotouch.Sent",
             Self::Events => "cotouch.Event",
             Self::State => "cotouch.State",
+            Self::Surface => "cotouch.Surface",
         }
     }
 }

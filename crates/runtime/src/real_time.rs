@@ -13,8 +13,10 @@ use std::time::Duration;
 use cotouch_device::device::Device;
 use cotouch_device::finger::FingerError;
 use cotouch_device::guided::GuidedUser;
+use cotouch_host::soft::SlowLoop;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
+use cotouch_soft::SoftError;
 
 use crate::clock;
 use crate::exchange::RecordSink;
@@ -26,9 +28,11 @@ use crate::mailbox;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
+use crate::slow;
+use crate::slow_thread;
 use crate::snapshot::HostSnapshot;
 use crate::station::Station;
-use crate::transport::{HapticPort, Transport};
+use crate::transport::Transport;
 
 /// How long a newcomer waits to be taken in.
 const JOIN_PATIENCE: Duration = Duration::from_secs(10);
@@ -83,6 +87,9 @@ pub enum StartError {
     /// The scene's hands cannot be simulated.
     #[error(transparent)]
     Hand(#[from] FingerError),
+    /// The scene's soft object cannot be simulated.
+    #[error(transparent)]
+    Soft(#[from] SoftError),
     /// The recording cannot be written.
     #[error(transparent)]
     Recording(#[from] crate::recorder::RecordError),
@@ -154,6 +161,7 @@ pub fn run_local_with(
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
+    let simulation = slow::simulation_of(scene)?;
     let mut seats = Vec::new();
     let server_socket = bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
     let server = local_address(&server_socket)?;
@@ -167,7 +175,7 @@ pub fn run_local_with(
         seats.push(take_seat(socket, endpoint, host, scene.session.seed, options)?);
         wait_to_be_taken_in(&seats[host.index()].0, server)?;
     }
-    start(scene, seats, devices, options)
+    start(scene, simulation, seats, devices, options)
 }
 
 /// Starts the first host of `scene`, listening at `listen`; the others join. The session's clock starts at once.
@@ -179,11 +187,12 @@ pub fn serve(
     listen: SocketAddr,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
+    let simulation = slow::simulation_of(scene)?;
     let socket = bind(listen)?;
     let server = local_address(&socket)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
     let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    start_one(scene, seat, HostIndex::FIRST, server, options)
+    start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
 }
 
 /// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
@@ -198,24 +207,27 @@ pub fn join(
     let any = if server.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
     let socket = bind(any.parse().expect("a constant address"))?;
     let scene = joining::fetch_scene(&socket, server, JOIN_PATIENCE)?;
+    // Made before the session hears of this host: it may take a while.
+    let simulation = slow::simulation_of(&scene)?;
     let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
     let (transport, port) = take_seat(socket, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&transport, server)?;
     let host = transport.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let handle = start_one(&scene, (transport, port), host, server, options)?;
+    let handle = start_one(&scene, simulation, (transport, port), host, server, options)?;
     Ok((scene, handle))
 }
 
 /// Starts the host that has `seat` in the session at `server`.
 fn start_one(
     scene: &Scene,
+    simulation: Option<SlowLoop>,
     seat: Seat,
     host: HostIndex,
     server: SocketAddr,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = guided_hand(scene, host)?;
-    let handle = start(scene, vec![seat], vec![device], options)?;
+    let handle = start(scene, simulation, vec![seat], vec![device], options)?;
     Ok(handle.with_places(vec![place]).with_server(server))
 }
 
@@ -246,6 +258,7 @@ fn wait_to_be_taken_in(transport: &Transport, server: SocketAddr) -> Result<(), 
 
 fn start(
     scene: &Scene,
+    simulation: Option<SlowLoop>,
     seats: Vec<Seat>,
     devices: Vec<Box<dyn Device>>,
     options: &RealTimeOptions,
@@ -261,8 +274,14 @@ fn start(
     for (((transport, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
-        haptic.push(new_host(scene, host, device, sink, port, snapshot_in));
-        locals.push(Local { host, transport, snapshot: snapshot_out });
+        let mut station = Station::new(scene, host, device, sink);
+        let mut soft = None;
+        if let Some(simulation) = simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
+            let (port, thread) = slow_thread::start(scene, host, simulation).map_err(StartError::Thread)?;
+            (station, soft) = (station.with_soft(port), Some(thread));
+        }
+        haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
+        locals.push(Local { host, transport, snapshot: snapshot_out, soft });
     }
     let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();
@@ -274,17 +293,6 @@ fn start(
         .map_err(StartError::Thread)?;
     let impairment = options.impairment.clone().unwrap_or(Impairment::NONE);
     Ok(SessionHandle::new(scene.clone(), impairment, changes, control, locals, thread, recording))
-}
-
-fn new_host(
-    scene: &Scene,
-    host: HostIndex,
-    device: Box<dyn Device>,
-    sink: Option<Box<dyn RecordSink + Send>>,
-    port: HapticPort,
-    snapshot: triple_buffer::Input<HostSnapshot>,
-) -> HapticHost {
-    HapticHost { station: Station::new(scene, host, device, sink), port, snapshot, timing: Timing::new() }
 }
 
 fn bind(address: SocketAddr) -> Result<UdpSocket, StartError> {

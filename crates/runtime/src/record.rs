@@ -1,11 +1,12 @@
 //! What a session's recording is made of: everything that a host consumed, and everything that came of it.
 //!
-//! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence`,
+//! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence`, `Surface`,
 //! `Release` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
 use arrayvec::ArrayVec;
 use cotouch_host::model::{MAX_BODIES, MAX_USERS};
 use cotouch_host::output::{ContactPoint, ContactRecord, MAX_CONTACTS};
+use cotouch_host::soft::SlowFrame;
 use cotouch_net::packet::StatePacket;
 use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
@@ -55,6 +56,9 @@ pub enum RecordKind {
     Release,
     /// From here on the session runs with other settings: the whole changed scene, as TOML.
     Changed(String),
+    /// The soft body's surface of a slow period came into use at this tick. Consumed: which period's; the rest is for
+    /// displays.
+    Surface(SurfaceRecord),
     /// Something to read: an event in words. Not consumed by the host.
     Note(Note),
     /// One tick.
@@ -82,6 +86,31 @@ pub enum Note {
     },
     /// The session ended for a reason.
     Ended(String),
+}
+
+/// A soft body as it is shown, in single precision. One element a node of the mesh.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SurfaceRecord {
+    /// The slow period whose forces led here.
+    pub period: u64,
+    /// K_o of all fingers that touch or are near, N/m.
+    pub ko_n_per_m: f64,
+    /// Where the nodes are, m.
+    pub positions_m: Vec<[f32; 3]>,
+    /// Von Mises stress at the nodes, Pa.
+    pub stress_pa: Vec<f32>,
+}
+
+impl SurfaceRecord {
+    /// Fills this with `frame`; allocates only where it has never been so large.
+    pub(crate) fn fill(&mut self, frame: &SlowFrame) {
+        self.period = frame.period.unwrap_or_default();
+        self.ko_n_per_m = frame.ko_n_per_m;
+        self.positions_m.clear();
+        self.positions_m.extend(frame.positions_m.iter().map(|node| node.as_vec3().to_array()));
+        self.stress_pa.clear();
+        self.stress_pa.extend_from_slice(&frame.stress_pa);
+    }
 }
 
 /// What one tick consumed and what came of it.
@@ -113,6 +142,8 @@ pub struct TickRecord {
     pub governor_gain: ArrayVec<f64, MAX_FINGERS>,
     /// Energy that the user has put into the session so far, J.
     pub energy_j: f64,
+    /// The same at each finger: what the passivity observer sees. Below 0 the session has given more than it took.
+    pub finger_energy_j: ArrayVec<f64, MAX_FINGERS>,
     /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds.

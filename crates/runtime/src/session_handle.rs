@@ -27,6 +27,8 @@ pub(crate) struct Local {
     pub(crate) host: HostIndex,
     pub(crate) transport: Transport,
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
+    /// The thread of the soft object's simulation, where there is one.
+    pub(crate) soft: Option<JoinHandle<()>>,
 }
 
 /// So long is waited for a change to be made.
@@ -294,6 +296,11 @@ impl SessionHandle {
             let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.
             runs.push(HostRun::new(&station, timing, links));
+            // With the station went what the simulation is asked by: its thread ends.
+            drop(station);
+            if let Some(Err(panic)) = local.soft.map(JoinHandle::join) {
+                std::panic::resume_unwind(panic);
+            }
         }
         let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
         if let Some(recording) = self.recording.take() {

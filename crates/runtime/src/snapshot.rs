@@ -3,8 +3,11 @@
 //! A haptic thread fills a [`HostSnapshot`] without allocating and passes it on through a latest-value exchange; readers
 //! ask a [`SnapshotSource`] whenever they like and never hold a writer up.
 
+use std::sync::Arc;
+
 use arrayvec::ArrayVec;
 use cotouch_host::model::{MAX_BODIES, MAX_USERS};
+use cotouch_host::soft::SlowFrame;
 use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::contact::Phase;
@@ -46,6 +49,9 @@ pub struct HostSnapshot {
     pub fingers: ArrayVec<FingerSnapshot, MAX_FINGERS>,
     /// This host's copy of every body, in the scene's order; at a client, the server's bodies as last heard of.
     pub bodies: ArrayVec<Pose, MAX_BODIES>,
+    /// The soft body as this host's fingers meet it; `None` where the host simulates none.
+    #[serde(skip)]
+    pub soft: Option<SurfaceShown>,
     /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds at this host.
@@ -69,6 +75,7 @@ impl Default for HostSnapshot {
             time_s: 0.0,
             fingers: ArrayVec::new(),
             bodies: ArrayVec::new(),
+            soft: None,
             touches_wall: false,
             diverged: false,
             ticks: 0,
@@ -77,6 +84,17 @@ impl Default for HostSnapshot {
             energy_j: 0.0,
             links: ArrayVec::new(),
         }
+    }
+}
+
+/// The frame of the soft body that is in use.
+#[derive(Clone, Debug)]
+pub struct SurfaceShown(pub Arc<SlowFrame>);
+
+/// Frames never change once made: the same one is equal, any other is not.
+impl PartialEq for SurfaceShown {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.0, &other.0)
     }
 }
 

@@ -24,7 +24,9 @@ use serde::{Deserialize, Serialize};
 use crate::change::HostChange;
 use crate::exchange::RecordSink;
 use crate::monitor::{LatelyMonitor, OscillationMonitor};
-use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+use crate::slow::SlowPort;
+use crate::summary::PassivitySummary;
 
 /// Room for what a station's state has besides its host's, serialised.
 const STATE_BYTES: usize = 4 << 10;
@@ -48,6 +50,12 @@ pub struct Station<D> {
     /// Watches the last seconds.
     pub lately: LatelyMonitor,
     governor: Governor,
+    /// The way to the simulation of a soft object, where this host has one.
+    soft: Option<SlowPort>,
+    /// Where surfaces are put together for the recording, so that it allocates nothing.
+    surface: SurfaceRecord,
+    /// Finger-ticks at which the passivity controller braked.
+    braked_ticks: u64,
     /// After a longer gap between ticks, forces begin again softly.
     watchdog_ticks: u64,
     sink: Option<Box<dyn RecordSink + Send>>,
@@ -77,6 +85,13 @@ pub struct StationState {
 }
 
 impl StationState {
+    /// Takes over another state, but for the frames of the soft body in use, which are not saved with a state.
+    pub(crate) fn take_over(&mut self, other: Self) {
+        let before = std::mem::replace(self, other);
+        self.host.soft.frame = before.host.soft.frame;
+        self.host.soft.previous = before.host.soft.previous;
+    }
+
     /// Whether this is a state of a station of `model`: one that was read may be of another scene.
     #[must_use]
     pub fn fits(&self, model: &HostModel) -> bool {
@@ -97,6 +112,8 @@ struct Instant {
     device_failed: bool,
     /// Ticks that were left out before this one.
     skipped: u64,
+    /// Whether frames of the slow simulation that are due have been taken.
+    frames_taken: bool,
 }
 
 /// How a tick went in real time; zeros in virtual time.
@@ -131,6 +148,9 @@ impl<D: Device> Station<D> {
             limits: LimitWatch::default(),
             lately: LatelyMonitor::new(&scene.schedule()),
             governor,
+            soft: None,
+            surface: SurfaceRecord::default(),
+            braked_ticks: 0,
             watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
             state_bytes: Vec::with_capacity(state_bytes),
             sink,
@@ -139,6 +159,29 @@ impl<D: Device> Station<D> {
             record: TickRecord::default(),
             model,
         }
+    }
+
+    /// The same station, before its first tick, with the simulation of its scene's soft object.
+    #[must_use]
+    pub fn with_soft(mut self, port: SlowPort) -> Self {
+        let rest = port.rest_frame();
+        if self.sink.is_some() {
+            self.surface.fill(&rest);
+        }
+        self.model.take_frame(&mut self.state.host, 0, rest);
+        self.soft = Some(port);
+        self
+    }
+
+    /// The way to the simulation of a soft object, where this host has one.
+    #[must_use]
+    pub fn soft(&self) -> Option<&SlowPort> {
+        self.soft.as_ref()
+    }
+
+    /// The same, to change what is on it.
+    pub fn soft_mut(&mut self) -> Option<&mut SlowPort> {
+        self.soft.as_mut()
     }
 
     /// The same station, not recorded: what it does leaves the original alone.
@@ -155,6 +198,9 @@ impl<D: Device> Station<D> {
             limits: self.limits,
             lately: self.lately.clone(),
             governor: self.governor.clone(),
+            soft: self.soft.as_ref().and_then(SlowPort::fork),
+            surface: SurfaceRecord::default(),
+            braked_ticks: self.braked_ticks,
             watchdog_ticks: self.watchdog_ticks,
             sink: None,
             state_bytes: Vec::new(),
@@ -180,6 +226,7 @@ impl<D: Device> Station<D> {
         let skipped = self.state.last_tick.map_or(0, |last| tick.saturating_sub(last + 1));
         (self.instant.tick, self.instant.step) = (tick, step);
         (self.instant.device_failed, self.instant.skipped) = (device_failed, skipped);
+        self.instant.frames_taken = false;
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
@@ -203,7 +250,8 @@ impl<D: Device> Station<D> {
     /// For a host that joins a session that is under way: it takes the world from the first peer that it hears.
     pub fn adopt_world(&mut self) {
         self.record(|| RecordKind::Adopt);
-        self.state.host.adopting = true;
+        // A soft body is not told of: every host begins with it at rest.
+        self.state.host.adopting = self.model.body_count() > 0;
     }
 
     /// Goes on with other constants, if the state is one of them; whether it is. What was before stays in `change`, to be
@@ -267,6 +315,12 @@ impl<D: Device> Station<D> {
         let mut view = ArrayVec::<Pose, MAX_BODIES>::new();
         view.extend(self.state.host.bodies.iter().map(|body| body.pose));
         self.model.tick_into(&mut self.state.host, tick, &self.instant.readings, &mut self.output);
+        if let (Some(soft), Some(input)) = (&mut self.soft, &self.output.slow) {
+            soft.ask(input);
+        }
+        for (port, reading) in self.state.ports.iter_mut().zip(&self.instant.readings) {
+            port.arrive(reading);
+        }
         let governed = self.govern();
         let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
         self.device.observe(&WorldView { bodies: &view });
@@ -274,11 +328,13 @@ impl<D: Device> Station<D> {
         for ((port, reading), wrench) in
             self.state.ports.iter_mut().zip(&self.instant.readings).zip(&commanded)
         {
-            port.observe(reading, *wrench);
+            port.hold(reading, *wrench);
         }
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
             self.oscillation.observe(&self.output.couplers, step.is_some());
+            self.braked_ticks +=
+                governed.iter().filter(|finger| finger.acted.contains(Acted::PASSIVITY)).count() as u64;
             let acted = limits_that_count(&governed);
             self.limits.observe(acted);
             self.lately.observe(self.oscillation.latest_j(), acted);
@@ -308,10 +364,14 @@ impl<D: Device> Station<D> {
         let stop = self.state.releasing || self.output.diverged || skipped_too_many;
         let link_ok = self.model.role != Role::Client || self.state.host.peers[0].present;
         let fresh = !self.instant.device_failed;
-        let fingers = self.state.governors.iter_mut().zip(&self.output.device).zip(&self.instant.readings);
-        let govern = |((state, &requested), &reading): ((&mut GovernorState, _), _)| {
-            self.governor.govern(state, &GovernorInput { requested, reading, stop, link_ok, fresh })
-        };
+        let fingers = self.state.governors.iter_mut().zip(&self.state.ports);
+        let fingers = fingers.zip(&self.output.device).zip(&self.instant.readings);
+        let govern =
+            |(((state, port), &requested), &reading): (((&mut GovernorState, &PortEnergy), _), _)| {
+                let deficit_j = port.deficit_j();
+                let input = GovernorInput { requested, reading, stop, link_ok, fresh, deficit_j };
+                self.governor.govern(state, &input)
+            };
         fingers.map(govern).collect()
     }
 
@@ -327,15 +387,41 @@ impl<D: Device> Station<D> {
         }
     }
 
-    /// Puts due samples into use. A host that has waited for the world meets it where it is: where bodies have no
-    /// surface, the device's frame is moved so that the hand is at the object.
+    /// Puts due samples and surfaces into use. A host that has waited for the world meets it where it is: where bodies
+    /// have no surface, the device's frame is moved so that the hand is at the object.
     fn play_out(&mut self) {
         let tick = self.instant.tick;
         let was_adopting = self.state.host.adopting;
         self.model.play_out(&mut self.state.host, tick);
-        if was_adopting && !self.state.host.adopting && !self.model.has_surfaces() {
-            self.device.recentre(self.state.host.bodies[0].pose.position);
+        self.take_frames();
+        if was_adopting
+            && !self.state.host.adopting
+            && !self.model.has_surfaces()
+            && let Some(body) = self.state.host.bodies.first()
+        {
+            self.device.recentre(body.pose.position);
             self.read_device(tick);
+        }
+    }
+
+    /// Brings the frames of the slow simulation that are due into use, once an instant: what a server answers is what its
+    /// tick finds.
+    fn take_frames(&mut self) {
+        let tick = self.instant.tick;
+        let Some(soft) = self.soft.as_mut().filter(|_| !self.instant.frames_taken) else { return };
+        self.instant.frames_taken = true;
+        while let Some(frame) = soft.due(tick) {
+            if let Some(sink) = &mut self.sink {
+                self.surface.fill(&frame);
+                let kind = RecordKind::Surface(std::mem::take(&mut self.surface));
+                let item = RecordItem { host: self.model.host, tick, kind };
+                sink.record(&item);
+                if let RecordKind::Surface(surface) = item.kind {
+                    self.surface = surface;
+                }
+            }
+            // What is given back here lives on in the simulation, which uses it again: nothing is freed.
+            self.model.take_frame(&mut self.state.host, tick, frame);
         }
     }
 
@@ -357,6 +443,7 @@ impl<D: Device> Station<D> {
         let gain = |state| self.governor.gain(state);
         refill(&mut record.governor_gain, self.state.governors.iter().map(gain));
         record.energy_j = energy_j;
+        refill(&mut record.finger_energy_j, self.state.ports.iter().map(PortEnergy::energy_j));
         record.touches_wall = output.touches_wall;
         record.diverged = output.diverged;
     }
@@ -365,6 +452,17 @@ impl<D: Device> Station<D> {
     #[must_use]
     pub fn energy_j(&self) -> f64 {
         self.state.ports.iter().map(PortEnergy::energy_j).sum()
+    }
+
+    /// What the passivity observers have seen so far.
+    #[must_use]
+    pub fn passivity(&self) -> PassivitySummary {
+        let ports = || self.state.ports.iter();
+        PassivitySummary {
+            least_energy_j: ports().map(PortEnergy::least_energy_j).fold(0.0, f64::min),
+            energy_given_j: ports().map(PortEnergy::largest_fall_j).fold(0.0, f64::max),
+            braked_s: self.braked_ticks as f64 * self.model.schedule.control().period_s(),
+        }
     }
 
     /// The largest force that reached a finger so far, N.

@@ -28,6 +28,9 @@ pub struct Summary {
     pub haptic: HapticSummary,
     /// The network, summed over hosts.
     pub network: NetworkSummary,
+    /// The slow simulations of a soft object, summed over hosts; none in a scene without one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub soft: Option<SoftSummary>,
     /// Where the objects came to rest, or were when the run ended; the first host's copies.
     pub objects: Vec<ObjectSummary>,
     /// One entry a user.
@@ -79,6 +82,7 @@ impl Summary {
             predicted: None,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
+            soft: None,
             objects: Vec::new(),
             users_detail: scene.users.iter().map(user).collect(),
             recording: None,
@@ -191,15 +195,31 @@ pub struct RoundTrip {
     pub rms_jitter: Option<f64>,
 }
 
+/// The slow simulations of a soft object.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SoftSummary {
+    /// Steps whose results came into use.
+    pub steps: u64,
+    /// Those of them that came too late for the tick at which they were due.
+    pub late: u64,
+    /// Periods that were not simulated, because the simulation was still busy with earlier ones.
+    pub missed: u64,
+    /// How long steps took.
+    pub compute_us: Percentiles,
+}
+
 /// One object at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSummary {
     /// Its name.
     pub name: String,
-    /// Where it is, m, in the world frame.
+    /// Where it is, m, in the world frame; of a soft object, the mean of its surface's nodes.
     pub position_m: [f64; 3],
-    /// How it is turned: a unit quaternion, scalar first.
+    /// How it is turned: a unit quaternion, scalar first; not turned where the object is soft.
     pub orientation_wxyz: [f64; 4],
+    /// Of a soft object: how far the node that is farthest from where it rests is from there, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub max_displacement_m: Option<f64>,
 }
 
 /// One user of a run.
@@ -211,4 +231,19 @@ pub struct UserSummary {
     pub peak_force_n: Option<f64>,
     /// Energy that the user put into the session, J; negative when the session gave more than it took.
     pub energy_j: Option<f64>,
+    /// What the passivity observers at the fingers saw.
+    #[serde(default)]
+    pub passivity: Option<PassivitySummary>,
+}
+
+/// Time-domain passivity (Hannaford & Ryu 2002) at a user's fingers. Each is observed alone: energy that another user put
+/// in and that comes out here counts as given.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct PassivitySummary {
+    /// The least energy that a finger had put in at any time, J; 0 when every finger's port was passive, less when not.
+    pub least_energy_j: f64,
+    /// The most that the session gave to a finger on balance between two instants, J, stored energy included.
+    pub energy_given_j: f64,
+    /// For how long the passivity controller braked a finger, s; 0 where it is off.
+    pub braked_s: f64,
 }

@@ -1,17 +1,23 @@
 //! What a run's hosts leave behind, put together into a [`Summary`].
 
+use std::sync::Arc;
+
 use cotouch_device::device::Device;
+use cotouch_host::soft::SlowFrame;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};
 use cotouch_world::rigid::BodyState;
+use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::haptic_loop::Timing;
 use crate::monitor;
+use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
-    HapticSummary, Instability, NetworkSummary, ObjectSummary, Percentiles, RoundTrip, Summary,
+    HapticSummary, Instability, NetworkSummary, ObjectSummary, PassivitySummary, Percentiles, RoundTrip,
+    SoftSummary, Summary,
 };
 
 /// What one host leaves behind.
@@ -25,6 +31,8 @@ pub(crate) struct HostRun {
     oscillation_j: (f64, f64),
     peak_force_n: f64,
     energy_j: f64,
+    passivity: PassivitySummary,
+    soft: Option<SoftRun>,
     timing: Timing,
     links: Vec<LinkStatistics>,
 }
@@ -39,8 +47,41 @@ impl HostRun {
             oscillation_j: station.oscillation.last_two_quarters_j(),
             peak_force_n: station.peak_force_n(),
             energy_j: station.energy_j(),
+            passivity: station.passivity(),
+            soft: station.soft().map(|port| SoftRun::new(station, port)),
             timing,
             links,
+        }
+    }
+}
+
+/// What its soft object leaves behind.
+#[derive(Clone, Debug)]
+struct SoftRun {
+    counts: SlowCounts,
+    rest: Arc<SlowFrame>,
+    in_use: Arc<SlowFrame>,
+}
+
+impl SoftRun {
+    fn new<D: Device>(station: &Station<D>, port: &SlowPort) -> Self {
+        let (rest, frame) = (port.rest_frame(), &station.state.host.soft.frame);
+        Self { counts: port.counts().clone(), in_use: frame.as_ref().unwrap_or(&rest).clone(), rest }
+    }
+
+    /// Where it is, in the form of any other object. `triangles` are of its surface.
+    fn object(&self, triangles: &[[u32; 3]]) -> ObjectSummary {
+        let mut nodes = triangles.concat();
+        nodes.sort_unstable();
+        nodes.dedup();
+        let positions_m = &self.in_use.positions_m;
+        let sum: DVec3 = nodes.iter().filter_map(|&node| positions_m.get(node as usize)).sum();
+        let moved = positions_m.iter().zip(&self.rest.positions_m).map(|(at, rest)| at.distance(*rest));
+        ObjectSummary {
+            name: "soft".to_owned(),
+            position_m: (sum / nodes.len().max(1) as f64).to_array(),
+            orientation_wxyz: [1.0, 0.0, 0.0, 0.0],
+            max_displacement_m: Some(moved.fold(0.0, f64::max)),
         }
     }
 }
@@ -53,10 +94,12 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.stable = summary.instability.is_none();
     summary.haptic = haptic(runs);
     summary.network = network(runs);
+    summary.soft = soft(runs);
     summary.objects = runs.first().map(|run| objects(scene, run)).unwrap_or_default();
     for run in runs {
         if let Some(user) = summary.users_detail.get_mut(run.host.index()) {
             (user.peak_force_n, user.energy_j) = (Some(run.peak_force_n), Some(run.energy_j));
+            user.passivity = Some(run.passivity);
         }
     }
     summary
@@ -85,6 +128,19 @@ fn haptic(runs: &[HostRun]) -> HapticSummary {
         compute_us: percentiles(runs, |timing| &timing.compute_ns),
         lateness_us: percentiles(runs, |timing| &timing.lateness_ns),
     }
+}
+
+fn soft(runs: &[HostRun]) -> Option<SoftSummary> {
+    let mut counts = runs.iter().filter_map(|run| run.soft.as_ref()).map(|soft| &soft.counts);
+    let mut all = counts.next()?.clone();
+    for other in counts {
+        all.steps += other.steps;
+        all.late += other.late;
+        all.missed += other.missed;
+        all.compute_ns.add(&other.compute_ns).expect("all have the same bounds");
+    }
+    let compute_us = Percentiles::of_nanoseconds(&all.compute_ns);
+    Some(SoftSummary { steps: all.steps, late: all.late, missed: all.missed, compute_us })
 }
 
 fn percentiles(runs: &[HostRun], of: fn(&Timing) -> &Histogram<u64>) -> Percentiles {
@@ -130,7 +186,10 @@ fn objects(scene: &Scene, run: &HostRun) -> Vec<ObjectSummary> {
             name: body.name,
             position_m: state.pose.position.to_array(),
             orientation_wxyz: [turn.w, turn.x, turn.y, turn.z],
+            max_displacement_m: None,
         }
     };
-    scene.world_bodies().into_iter().zip(&run.bodies).map(object).collect()
+    let rigid = scene.world_bodies().into_iter().zip(&run.bodies).map(object);
+    let soft = run.soft.as_ref().zip(scene.soft.nodes.as_ref());
+    rigid.chain(soft.map(|(soft, mesh)| soft.object(&mesh.triangles))).collect()
 }

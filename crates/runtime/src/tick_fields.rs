@@ -113,6 +113,7 @@ fn visit_all_but_contacts(record: &TickRecord, visit: &mut impl FnMut(Field, Val
         governor_acted,
         governor_gain,
         energy_j,
+        finger_energy_j,
         touches_wall,
         diverged,
         lateness_ns: _,
@@ -144,6 +145,9 @@ fn visit_all_but_contacts(record: &TickRecord, visit: &mut impl FnMut(Field, Val
         visit(Field { quantity: "governor_gain", ..field }, Value::Real(gain));
     }
     visit(plain("energy_j"), Value::Real(*energy_j));
+    for (field, &energy_j) in numbered("finger").zip(finger_energy_j) {
+        visit(Field { quantity: "energy", unit: "j", ..field }, Value::Real(energy_j));
+    }
     visit(plain("touches_wall"), Value::Flag(*touches_wall));
     visit(plain("diverged"), Value::Flag(*diverged));
 }

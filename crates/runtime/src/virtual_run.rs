@@ -7,12 +7,14 @@ use cotouch_device::finger::FingerError;
 use cotouch_device::user::SimulatedUser;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_soft::SoftError;
 
 use crate::exchange::RecordSink;
 use crate::haptic_loop::Timing;
 use crate::record::{RecordItem, TickRecord};
 use crate::recorder::{RecordError, Recorder};
 use crate::recording_thread::{facts, header};
+use crate::slow::{self, SlowPort};
 use crate::station::Station;
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
@@ -37,6 +39,9 @@ pub enum VirtualRunError {
     /// The scene's hands cannot be simulated.
     #[error(transparent)]
     Hand(#[from] FingerError),
+    /// The scene's soft object cannot be simulated.
+    #[error(transparent)]
+    Soft(#[from] SoftError),
     /// The recording cannot be written.
     #[error(transparent)]
     Recording(#[from] RecordError),
@@ -97,14 +102,19 @@ pub fn run_observed(
 fn new_session(
     scene: &Scene,
     recorder: Option<&Arc<Mutex<Recorder>>>,
-) -> Result<VirtualSession<SimulatedUser>, FingerError> {
+) -> Result<VirtualSession<SimulatedUser>, VirtualRunError> {
+    let simulation = slow::simulation_of(scene)?;
     let hands: Vec<_> =
         scene.hosts().map(|host| SimulatedUser::of_scene(scene, host)).collect::<Result<_, _>>()?;
     let mut hands = hands.into_iter();
     Ok(VirtualSession::new(scene, |host| {
         let sink =
             recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
-        Station::new(scene, host, hands.next().expect("one a host"), sink)
+        let station = Station::new(scene, host, hands.next().expect("one a host"), sink);
+        match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
+            Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
+            None => station,
+        }
     }))
 }
 

@@ -12,6 +12,10 @@ const SCENES: &[(&str, &str)] = &[
     ("hand-over", include_str!("../scenes/hand-over.toml")),
     ("stack", include_str!("../scenes/stack.toml")),
     ("four-hands", include_str!("../scenes/four-hands.toml")),
+    ("spring", include_str!("../scenes/spring.toml")),
+    ("soft-block", include_str!("../scenes/soft-block.toml")),
+    ("balloon", include_str!("../scenes/balloon.toml")),
+    ("organ", include_str!("../scenes/organ.toml")),
 ];
 
 /// The names of the built-in scenes.

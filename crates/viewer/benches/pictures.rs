@@ -41,10 +41,10 @@ fn host(index: u8) -> HostSnapshot {
 fn pictures(criterion: &mut Criterion) {
     let snapshot = Snapshot { hosts: vec![host(0), host(1)], ..Snapshot::default() };
     let mut out = Vec::new();
-    encode(&snapshot, 1, &mut out);
+    encode(&snapshot, 1, None, &mut out);
     eprintln!("a picture of a grasp has {} bytes", out.len());
     criterion.bench_function("picture/encode a grasp", |bencher| {
-        bencher.iter(|| encode(black_box(&snapshot), 1, black_box(&mut out)));
+        bencher.iter(|| encode(black_box(&snapshot), 1, None, black_box(&mut out)));
     });
 }
 

@@ -5,6 +5,8 @@ use cotouch_scene::scene::{Architecture, Body, Scene, User, WallPlane};
 use glam::DVec3;
 use serde_json::{Value, json};
 
+use crate::skin::Skin;
+
 /// The facts of `scene`: `About` in `page/src/protocol.ts`.
 pub(crate) fn about(scene: &Scene) -> Value {
     json!({
@@ -21,6 +23,7 @@ pub(crate) fn about(scene: &Scene) -> Value {
         "max_force_n": scene.governor.max_force_n,
         "finger_radius_m": scene.hand.finger_radius_m,
         "bodies": scene.world_bodies().iter().map(body).collect::<Vec<_>>(),
+        "soft": scene.soft.exists().then(|| soft(scene)),
         "walls": scene.walls().iter().map(wall).collect::<Vec<_>>(),
     })
 }
@@ -50,6 +53,25 @@ fn surface(mesh: &TriangleMesh) -> Value {
     json!({ "vertices_m": vertices, "triangles": mesh.triangles.concat() })
 }
 
+/// The soft object as a page draws it, and what is between it and a hand; where it is, is in the pictures.
+fn soft(scene: &Scene) -> Value {
+    let model = &scene.local_model;
+    json!({
+        "model": scene.soft.model,
+        "surface": Skin::of(scene).map(|skin| skin.facts()),
+        "nodes": scene.soft.nodes.as_ref().map(|mesh| mesh.nodes_m.len()),
+        "tetrahedra": scene.soft.nodes.as_ref().map(|mesh| mesh.tetrahedra.len()),
+        "simulation_hz": scene.rates.simulation_hz.hz(),
+        "local_model": {
+            "kind": model.kind,
+            "stiffness_n_per_m": model.stiffness_n_per_m,
+            "stiffness_ratio": model.stiffness_ratio,
+            "integral_n_per_m": model.integral_n_per_m,
+            "integral_ratio": model.integral_ratio,
+        },
+    })
+}
+
 fn wall(plane: &WallPlane) -> Value {
     json!({ "name": plane.name, "point_m": plane.point_m, "normal": plane.normal.normalize() })
 }
@@ -68,5 +90,6 @@ mod tests {
         assert_eq!(facts["walls"].as_array().unwrap().len(), 4);
         assert_eq!(facts["space"], "plane");
         assert_eq!(facts["copies"], true);
+        assert_eq!(facts["soft"], Value::Null);
     }
 }

@@ -27,6 +27,7 @@ mod replays;
 mod room;
 mod server;
 mod settings;
+pub mod skin;
 mod talking;
 
 pub use replays::ReplayError;

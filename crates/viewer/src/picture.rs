@@ -12,7 +12,8 @@
 //!   phase   0 free · 1 moment cancellation · 2 pre-slide · 3 slide
 //! body      3 f32 position_m · 4 f32 orientation x, y, z, w
 //! link      u16 peer · u16 present · f32 round_trip_ms · f32 jitter_ms · u32 received · u32 lost
-//! surface   u16 host · u16 body · u32 vertices · 3 f32 a vertex
+//! surface   u16 host · u16 0 · u32 vertices · f32 K_o, N/m · f32 step_m · f32 step_pa · vertex…   (of the soft object)
+//! vertex    3 i16 way from where it rests, in steps of step_m · u16 von Mises stress, in steps of step_pa
 //! ```
 //!
 //! The page's side is `page/src/picture.ts`.
@@ -21,26 +22,37 @@ use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snap
 use cotouch_scene::geometry::Pose;
 use glam::DVec3;
 
+use crate::skin::{Deformed, Skin};
+
 const KIND: u8 = 1;
 
-/// Writes `snapshot` of session number `generation` in place of what `out` held.
-pub fn encode(snapshot: &Snapshot, generation: u32, out: &mut Vec<u8>) {
+/// Where the count of surfaces is.
+const SURFACES_AT: usize = 3;
+
+/// Writes `snapshot` of session number `generation` in place of what `out` held; with the surfaces that fit `skin`, that of
+/// the scene's soft object.
+pub fn encode(snapshot: &Snapshot, generation: u32, skin: Option<&Skin>, out: &mut Vec<u8>) {
     out.clear();
     put_header(out, snapshot, generation, snapshot.hosts.len());
     snapshot.hosts.iter().for_each(|host| encode_host(host, out));
+    let Some(skin) = skin else { return };
+    for host in &snapshot.hosts {
+        let Some(shown) = &host.soft else { continue };
+        out[SURFACES_AT] += u8::from(skin.encode(host.host, Deformed::from(&*shown.0), out));
+    }
 }
 
-/// As [`encode`], of the first session, with hosts that [`encode_host`] wrote.
-pub(crate) fn encode_merged(snapshot: &Snapshot, hosts: &[&[u8]], out: &mut Vec<u8>) {
+/// As [`encode`], of the first session, with hosts that [`encode_host`] wrote, and surfaces that [`Skin::encode`] did.
+pub(crate) fn encode_merged(snapshot: &Snapshot, hosts: &[&[u8]], surfaces: &[&[u8]], out: &mut Vec<u8>) {
     out.clear();
     put_header(out, snapshot, 1, hosts.len());
-    hosts.iter().for_each(|host| out.extend_from_slice(host));
+    out[SURFACES_AT] = surfaces.len() as u8;
+    hosts.iter().chain(surfaces).for_each(|part| out.extend_from_slice(part));
 }
 
 fn put_header(out: &mut Vec<u8>, snapshot: &Snapshot, generation: u32, hosts: usize) {
     let flags =
         u8::from(snapshot.ended) | verdict(snapshot.stable) << 1 | verdict(snapshot.lately.stable) << 3;
-    // Soft bodies' surfaces come here; no snapshot has any yet.
     out.extend([KIND, flags, hosts as u8, 0]);
     out.extend(generation.to_le_bytes());
     out.extend(snapshot.time_s.to_le_bytes());

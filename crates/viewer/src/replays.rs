@@ -4,23 +4,28 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use cotouch_host::output::ContactRecord;
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
+use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recording::{RecordingError, RecordingReader};
 use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_world::contact::Phase;
+use glam::DVec3;
 use serde_json::{Value, json};
 
 use crate::about::about;
 use crate::picture::{encode_host, encode_merged};
+use crate::skin::{Deformed, Skin};
 
 /// Pictures a second at most.
 const PICTURES_PER_S: f64 = 60.0;
 
 /// Pictures of a host at most: a long recording has fewer a second.
 const MOST_PICTURES: usize = 100_000;
+
+/// Pictures of all hosts together take at most about this many bytes; surfaces are large.
+const MOST_BYTES: usize = 128 << 20;
 
 /// A page asks for no more at once.
 pub(crate) const LONGEST_REQUEST_S: f64 = 30.0;
@@ -78,7 +83,9 @@ impl Replay {
     }
 
     fn read<R: Read>(scene: &Scene, recording: RecordingReader<R>) -> Result<Self, RecordingError> {
-        let mut shots: Vec<Shots> = scene.hosts().map(|host| Shots::new(host, scene.session.users)).collect();
+        let skin = Skin::of(scene);
+        let of_host = |host| Shots::new(host, scene.session.users, skin.as_ref());
+        let mut shots: Vec<Shots> = scene.hosts().map(of_host).collect();
         for item in recording {
             let item = item?;
             // A host that the scene does not have is not shown.
@@ -108,11 +115,27 @@ impl Replay {
     }
 }
 
+/// One host's part of a picture.
+struct Shot {
+    /// Which of 60 a second.
+    slot: i64,
+    /// Session time.
+    time_s: f64,
+    /// The host encoded.
+    host: Vec<u8>,
+    /// The soft object's surface encoded; nothing where there is none.
+    surface: Vec<u8>,
+}
+
 /// One host's part of the pictures.
-struct Shots {
+struct Shots<'a> {
     host: HostIndex,
-    /// Which picture of 60 a second, session time, and the host encoded.
-    taken: Vec<(i64, f64, Vec<u8>)>,
+    taken: Vec<Shot>,
+    /// What they take, and may take, bytes.
+    bytes: usize,
+    most_bytes: usize,
+    skin: Option<&'a Skin>,
+    body: Option<Body>,
     /// Every so many pictures of 60 a second are kept.
     stride: i64,
     ticks: u64,
@@ -130,10 +153,42 @@ struct Peer {
     steps: Option<(u64, u64)>,
 }
 
-impl Shots {
-    fn new(host: HostIndex, users: u8) -> Self {
-        let peers = vec![Peer::default(); usize::from(users)];
-        Self { host, taken: Vec::new(), stride: 1, ticks: 0, missed: 0, lateness_ns: 0, peers }
+/// The soft object as it came into use last.
+struct Body {
+    positions_m: Vec<DVec3>,
+    stress_pa: Vec<f32>,
+    ko_n_per_m: f64,
+}
+
+impl From<SurfaceRecord> for Body {
+    fn from(record: SurfaceRecord) -> Self {
+        let exactly = |node: [f32; 3]| DVec3::from_array(node.map(f64::from));
+        Self {
+            positions_m: record.positions_m.into_iter().map(exactly).collect(),
+            stress_pa: record.stress_pa,
+            ko_n_per_m: record.ko_n_per_m,
+        }
+    }
+}
+
+impl<'a> Shots<'a> {
+    fn new(host: HostIndex, users: u8, skin: Option<&'a Skin>) -> Self {
+        let (peers, most_bytes) =
+            (vec![Peer::default(); usize::from(users)], MOST_BYTES / usize::from(users));
+        let (taken, body) = (Vec::new(), None);
+        Self {
+            host,
+            taken,
+            bytes: 0,
+            most_bytes,
+            skin,
+            body,
+            stride: 1,
+            ticks: 0,
+            missed: 0,
+            lateness_ns: 0,
+            peers,
+        }
     }
 
     fn take(&mut self, item: RecordItem) {
@@ -149,6 +204,7 @@ impl Shots {
                     peer.present = present;
                 }
             }
+            RecordKind::Surface(surface) => self.body = Some(surface.into()),
             RecordKind::Note(Note::Skipped { ticks }) => self.missed = self.missed.saturating_add(ticks),
             _ => {}
         }
@@ -159,22 +215,31 @@ impl Shots {
         self.lateness_ns = self.lateness_ns.max(tick.lateness_ns);
         let time_s = tick.instant.as_secs_f64();
         let slot = (time_s * PICTURES_PER_S).floor() as i64;
-        if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.0) {
+        if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.slot) {
             return;
         }
-        let mut bytes = Vec::new();
-        encode_host(&self.snapshot(tick, time_s), &mut bytes);
-        self.taken.push((slot, time_s, bytes));
+        let (mut host, mut surface) = (Vec::new(), Vec::new());
+        encode_host(&self.snapshot(tick, time_s), &mut host);
+        self.encode_surface(&mut surface);
+        self.bytes += host.len() + surface.len();
+        self.taken.push(Shot { slot, time_s, host, surface });
         self.lateness_ns = 0;
-        if self.taken.len() >= MOST_PICTURES {
+        if self.taken.len() >= MOST_PICTURES || self.bytes > self.most_bytes {
             self.thin_out();
         }
+    }
+
+    fn encode_surface(&self, out: &mut Vec<u8>) {
+        let (Some(skin), Some(body)) = (self.skin, &self.body) else { return };
+        let Body { positions_m, stress_pa, ko_n_per_m } = body;
+        skin.encode(self.host, Deformed { positions_m, stress_pa, ko_n_per_m: *ko_n_per_m }, out);
     }
 
     /// Keeps every second picture, from here on too.
     fn thin_out(&mut self) {
         self.stride *= 2;
-        self.taken.retain(|shot| shot.0 % self.stride == 0);
+        self.taken.retain(|shot| shot.slot % self.stride == 0);
+        self.bytes = self.taken.iter().map(|shot| shot.host.len() + shot.surface.len()).sum();
     }
 
     fn snapshot(&self, tick: &TickRecord, time_s: f64) -> HostSnapshot {
@@ -186,6 +251,7 @@ impl Shots {
             time_s,
             fingers: (0..fingers).map(finger).collect(),
             bodies: tick.bodies.iter().map(|body| body.pose).collect(),
+            soft: None,
             touches_wall: tick.touches_wall,
             diverged: tick.diverged,
             ticks: self.ticks,
@@ -235,7 +301,7 @@ fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> Fin
 }
 
 /// Out of the body along the force, by as much as the finger is inside.
-fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> Option<glam::DVec3> {
+fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> Option<DVec3> {
     let out = contact.force.try_normalize()?;
     Some(tick.readings[finger].pose.position + out * contact.depth_m)
 }
@@ -243,8 +309,9 @@ fn on_the_surface(tick: &TickRecord, contact: &ContactRecord, finger: usize) -> 
 /// The hosts' parts put together, picture by picture. A host that has none in between shows its last one.
 fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
     let stride = hosts.iter().map(|shots| shots.stride).max().unwrap_or(1);
-    hosts.iter_mut().for_each(|shots| shots.taken.retain(|shot| shot.0 % stride == 0));
-    let mut slots: Vec<i64> = hosts.iter().flat_map(|shots| shots.taken.iter().map(|shot| shot.0)).collect();
+    hosts.iter_mut().for_each(|shots| shots.taken.retain(|shot| shot.slot % stride == 0));
+    let mut slots: Vec<i64> =
+        hosts.iter().flat_map(|shots| shots.taken.iter().map(|shot| shot.slot)).collect();
     slots.sort_unstable();
     slots.dedup();
     let (mut pictures, mut bytes) = (Vec::with_capacity(slots.len()), Vec::new());
@@ -252,17 +319,19 @@ fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
     let mut picture = Vec::new();
     for slot in slots {
         for (next, shots) in next.iter_mut().zip(&hosts) {
-            *next += usize::from(shots.taken.get(*next).is_some_and(|shot| shot.0 == slot));
+            *next += usize::from(shots.taken.get(*next).is_some_and(|shot| shot.slot == slot));
         }
-        let shown: Vec<&(i64, f64, Vec<u8>)> = next
+        let shown: Vec<&Shot> = next
             .iter()
             .zip(&hosts)
             .filter_map(|(next, shots)| shots.taken.get(next.checked_sub(1)?))
             .collect();
-        let time_s = shown.iter().map(|shot| shot.1).fold(f64::NEG_INFINITY, f64::max);
-        let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.2.as_slice()).collect();
+        let time_s = shown.iter().map(|shot| shot.time_s).fold(f64::NEG_INFINITY, f64::max);
+        let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.host.as_slice()).collect();
+        let surfaces = shown.iter().map(|shot| shot.surface.as_slice());
+        let surfaces: Vec<&[u8]> = surfaces.filter(|surface| !surface.is_empty()).collect();
         let header = Snapshot { time_s, ..Snapshot::default() };
-        encode_merged(&header, &parts, &mut picture);
+        encode_merged(&header, &parts, &surfaces, &mut picture);
         bytes.extend((picture.len() as u32).to_le_bytes());
         bytes.extend(&picture);
         pictures.push((time_s, bytes.len()));

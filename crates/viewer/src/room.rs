@@ -19,6 +19,7 @@ use crate::lesson::Lesson;
 use crate::picture;
 use crate::protocol::{ServerMessage, SessionMessage, Settings};
 use crate::replays::Replay;
+use crate::skin::Skin;
 
 /// How often the session is asked for what seldom changes.
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
@@ -84,6 +85,8 @@ pub(crate) struct Room {
     pub(crate) stage: watch::Sender<Stage>,
     pub(crate) news: broadcast::Sender<Arc<str>>,
     newest: Mutex<Option<(LocalTime, Newest)>>,
+    /// Of the session of that number.
+    skin: Mutex<(u32, Option<Arc<Skin>>)>,
 }
 
 impl Room {
@@ -97,6 +100,7 @@ impl Room {
             stage: watch::Sender::new(stage),
             news: broadcast::Sender::new(MOST_NEWS),
             newest: Mutex::new(None),
+            skin: Mutex::default(),
         }
     }
 
@@ -118,7 +122,7 @@ impl Room {
         }
         let (snapshot, generation) = live.snapshot();
         let mut bytes = Vec::with_capacity(1024);
-        picture::encode(&snapshot, generation, &mut bytes);
+        picture::encode(&snapshot, generation, skin_of(live, generation, &self.skin).as_deref(), &mut bytes);
         let made = Newest { generation, time_s: snapshot.time_s, ended: snapshot.ended, bytes: bytes.into() };
         *newest = Some((now, made.clone()));
         Some(made)
@@ -149,6 +153,19 @@ impl Room {
             changed
         });
     }
+}
+
+/// The skin of session number `generation`'s soft object; none where another session has taken its place.
+fn skin_of(live: &LiveSession, generation: u32, kept: &Mutex<(u32, Option<Arc<Skin>>)>) -> Option<Arc<Skin>> {
+    let mut kept = lock(kept);
+    if kept.0 != generation {
+        let (scene, found) = live.scene();
+        if found != generation {
+            return None;
+        }
+        *kept = (generation, Skin::of(&scene).map(Arc::new));
+    }
+    kept.1.clone()
 }
 
 /// What there is to tell of a session, given what was told last.

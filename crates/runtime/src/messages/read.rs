@@ -12,7 +12,7 @@ use glam::{DQuat, DVec3};
 use prost::Message;
 
 use super::{Stream, types};
-use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 
 /// Why bytes are no message of their stream.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -38,6 +38,7 @@ pub(crate) fn decode(host: HostIndex, stream: Stream, bytes: &[u8]) -> Result<Re
             let types::State { tick, state } = types::State::decode(bytes)?;
             (tick, RecordKind::State(state))
         }
+        Stream::Surface => surface(types::Surface::decode(bytes)?)?,
     };
     Ok(RecordItem { host, tick, kind })
 }
@@ -60,6 +61,7 @@ fn tick_record(message: types::Tick) -> Result<TickAndKind, MalformedMessage> {
         governor_acted: array("governors", message.governor_acted.iter().copied())?,
         governor_gain: array("governors", message.governor_gain.iter().copied())?,
         energy_j: message.energy_j,
+        finger_energy_j: array("fingers' energies", message.finger_energy_j.iter().copied())?,
         touches_wall: message.touches_wall,
         diverged: message.diverged,
         lateness_ns: message.lateness_ns,
@@ -100,6 +102,20 @@ fn contact(message: &types::Contact) -> Result<ContactRecord, MalformedMessage> 
         }
     };
     Ok(ContactRecord { point, surface, phase, force: vector(message.force_n), depth_m: message.depth_m })
+}
+
+fn surface(message: types::Surface) -> Result<TickAndKind, MalformedMessage> {
+    let (positions_m, rest) = message.positions_m.as_chunks();
+    if !rest.is_empty() {
+        return Err(MalformedMessage::Missing("a surface whose positions are not three numbers each"));
+    }
+    let record = SurfaceRecord {
+        period: message.period,
+        ko_n_per_m: message.ko_n_per_m,
+        positions_m: positions_m.to_vec(),
+        stress_pa: message.stress_pa,
+    };
+    Ok((message.tick, RecordKind::Surface(record)))
 }
 
 fn received(message: types::Received) -> Result<TickAndKind, MalformedMessage> {

@@ -9,7 +9,7 @@ use glam::{DQuat, DVec3};
 use prost::Message;
 
 use super::{Stream, types};
-use crate::record::{Note, RecordItem, RecordKind, TickRecord};
+use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 
 /// Appends `item` as a message to `bytes`; which stream it belongs to.
 pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
@@ -30,6 +30,10 @@ pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
         RecordKind::State(state) => {
             append(&types::State { tick, state: state.clone() }, bytes);
             Stream::State
+        }
+        RecordKind::Surface(record) => {
+            append(&surface(tick, record), bytes);
+            Stream::Surface
         }
         RecordKind::Presence { .. }
         | RecordKind::Adopt
@@ -63,6 +67,7 @@ fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
         governor_acted,
         governor_gain,
         energy_j,
+        finger_energy_j,
         touches_wall,
         diverged,
         lateness_ns,
@@ -83,6 +88,7 @@ fn tick_message(tick: u64, record: &TickRecord) -> types::Tick {
         governor_acted: governor_acted.to_vec(),
         governor_gain: governor_gain.to_vec(),
         energy_j: *energy_j,
+        finger_energy_j: finger_energy_j.to_vec(),
         touches_wall: *touches_wall,
         diverged: *diverged,
         lateness_ns: *lateness_ns,
@@ -120,6 +126,16 @@ fn contact(contact: &ContactRecord) -> types::Contact {
 
 fn from_1(index: u8) -> u32 {
     u32::from(index) + 1
+}
+
+fn surface(tick: u64, record: &SurfaceRecord) -> types::Surface {
+    types::Surface {
+        tick,
+        period: record.period,
+        ko_n_per_m: record.ko_n_per_m,
+        positions_m: record.positions_m.as_flattened().to_vec(),
+        stress_pa: record.stress_pa.clone(),
+    }
 }
 
 fn received(tick: u64, from: HostIndex, packet: &StatePacket) -> types::Received {
@@ -178,6 +194,7 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
         RecordKind::Received { .. }
         | RecordKind::Sent { .. }
         | RecordKind::Tick(_)
+        | RecordKind::Surface(_)
         | RecordKind::State(_) => {
             unreachable!("encode sends these to their own streams")
         }

@@ -4,16 +4,19 @@ use std::collections::BTreeMap;
 use std::io::Read;
 
 use cotouch_device::device::{Device, DeviceError, DeviceLimits};
+use cotouch_host::soft::SlowLoop;
 use cotouch_scene::SceneErrors;
 use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use cotouch_soft::SoftError;
 use glam::DVec3;
 
 use super::{Comparison, Difference, TickDifference};
 use crate::change::HostChange;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 use crate::recording::{RecordingError, RecordingReader};
+use crate::slow::{self, SlowPort};
 use crate::station::{Punctuality, Station, StationState};
 
 /// What came of a replay.
@@ -36,6 +39,9 @@ pub enum ReplayError {
     /// Its scene does not read.
     #[error("the scene in the recording cannot be used: {0}")]
     Scene(SceneErrors),
+    /// Its soft object cannot be simulated.
+    #[error("the soft object in the recording cannot be simulated: {0}")]
+    Soft(#[from] SoftError),
     /// A changed scene in it does not read, or is not one that the session could change to.
     #[error("the scene that the recording changes to at tick {tick} cannot be used: {why}")]
     Change {
@@ -64,6 +70,7 @@ pub fn replay<R: Read>(
 ) -> Result<Replayed, ReplayError> {
     let text = recording.header().scene_toml.clone();
     let scene = cotouch_scene::parse(&text, "the recorded scene", None, &[]).map_err(ReplayError::Scene)?;
+    let simulation = slow::simulation_of(&scene)?;
     let mut hosts: BTreeMap<HostIndex, Resimulated> = BTreeMap::new();
     let mut comparison = Comparison::default();
     for item in recording.by_ref() {
@@ -72,7 +79,8 @@ pub fn replay<R: Read>(
         if host.0 >= users {
             return Err(ReplayError::Host { host, users });
         }
-        hosts.entry(host).or_insert_with(|| Resimulated::new(&scene, host)).take(item, &mut comparison)?;
+        let begin = || Resimulated::new(&scene, host, simulation.as_ref());
+        hosts.entry(host).or_insert_with(begin).take(item, &mut comparison)?;
         if comparison.ticks.is_multiple_of(1024) {
             progress(comparison.ticks);
         }
@@ -93,12 +101,12 @@ struct Resimulated {
 }
 
 impl Resimulated {
-    fn new(scene: &Scene, host: HostIndex) -> Self {
-        Self {
-            station: Station::new(scene, host, RecordedDevice::default(), None),
-            in_step: false,
-            skipped: 0,
+    fn new(scene: &Scene, host: HostIndex, simulation: Option<&SlowLoop>) -> Self {
+        let mut station = Station::new(scene, host, RecordedDevice::default(), None);
+        if let Some(simulation) = simulation.filter(|_| slow::is_simulated_at(scene, host)) {
+            station = station.with_soft(SlowPort::replayed(scene, simulation.clone()));
         }
+        Self { station, in_step: false, skipped: 0 }
     }
 
     fn take(&mut self, item: RecordItem, comparison: &mut Comparison) -> Result<(), ReplayError> {
@@ -108,6 +116,11 @@ impl Resimulated {
             RecordKind::Adopt => self.station.adopt_world(),
             RecordKind::Release => self.station.release(),
             RecordKind::Changed(scene_toml) => self.change(item.host, item.tick, &scene_toml)?,
+            RecordKind::Surface(surface) => {
+                if let Some(soft) = self.station.soft_mut() {
+                    soft.take_as_recorded(surface.period);
+                }
+            }
             RecordKind::Note(Note::Dropped { .. }) => self.in_step = false,
             RecordKind::State(bytes) => self.meet_state(item.host, item.tick, &bytes, comparison),
             RecordKind::Tick(tick) if self.in_step => {
@@ -141,6 +154,13 @@ impl Resimulated {
         self.station.finish(Punctuality::default).clone()
     }
 
+    /// Whether the recorded state is all that there is to know. That of a soft body is not recorded: it is known before
+    /// the first tick only.
+    fn can_begin_with(&self, state: &StationState) -> bool {
+        let is_whole = self.station.soft().is_none() || state.host.ticks_done == 0;
+        is_whole && state.fits(&self.station.model)
+    }
+
     /// A whole recorded state: compared where the station is in step, taken over where it is not.
     fn meet_state(&mut self, host: HostIndex, tick: u64, bytes: &[u8], comparison: &mut Comparison) {
         let own = postcard::to_allocvec(&self.station.state).unwrap_or_default();
@@ -154,9 +174,9 @@ impl Resimulated {
                 comparison.first_difference = Some(TickDifference { host, tick, difference });
             }
         } else if let Some(state) =
-            postcard::from_bytes::<StationState>(bytes).ok().filter(|state| state.fits(&self.station.model))
+            postcard::from_bytes::<StationState>(bytes).ok().filter(|state| self.can_begin_with(state))
         {
-            self.station.state = state;
+            self.station.state.take_over(state);
             self.in_step = true;
         }
     }

@@ -8,7 +8,7 @@ use std::path::Path;
 use arrayvec::ArrayVec;
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface, MAX_CONTACTS};
 use cotouch_net::packet::{Entry, MAX_ENTRIES, StatePacket};
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
+use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
@@ -87,6 +87,7 @@ pub(crate) fn tick_record(tick: u64) -> TickRecord {
         contacts: contacts(tick),
         governor_gain: [1.0, 1.0].into_iter().collect(),
         energy_j: place * place,
+        finger_energy_j: [place * place, -0.0].into_iter().collect(),
         ..TickRecord::default()
     }
 }
@@ -171,8 +172,11 @@ fn any_contact() -> impl Strategy<Value = ContactRecord> {
         (any_host(), any::<u8>()).prop_map(|(host, finger)| ContactPoint::Finger { host, finger }),
         (any::<u8>(), any::<u8>()).prop_map(|(body, corner)| ContactPoint::Corner { body, corner }),
     ];
-    let surface =
-        prop_oneof![any::<u8>().prop_map(ContactSurface::Body), any::<u8>().prop_map(ContactSurface::Wall),];
+    let surface = prop_oneof![
+        any::<u8>().prop_map(ContactSurface::Body),
+        any::<u8>().prop_map(ContactSurface::Wall),
+        Just(ContactSurface::Soft)
+    ];
     let phase = prop_oneof![
         Just(Phase::Free),
         any::<u32>().prop_map(|pulses_left| Phase::MomentCancellation { pulses_left }),
@@ -209,12 +213,26 @@ fn any_tick_record() -> impl Strategy<Value = TickRecord> {
             requested: forces.1.into_iter().collect(),
             commanded: forces.2.into_iter().collect(),
             governor_acted: governors.0.into_iter().collect(),
-            governor_gain: governors.1.into_iter().collect(),
+            governor_gain: governors.1.iter().copied().collect(),
             energy_j: numbers.0,
+            finger_energy_j: governors.1.iter().map(|gain| -gain).collect(),
             touches_wall: flags.1,
             diverged: flags.2,
             lateness_ns: numbers.2,
             compute_ns: numbers.3,
+        },
+    )
+}
+
+fn any_surface() -> impl Strategy<Value = SurfaceRecord> {
+    let single = || any::<u32>().prop_map(f32::from_bits);
+    let nodes = vec(prop::array::uniform3(single()), 0..20);
+    (any::<u64>(), any_real(), nodes, vec(single(), 0..20)).prop_map(
+        |(period, ko_n_per_m, positions_m, stress_pa)| SurfaceRecord {
+            period,
+            ko_n_per_m,
+            positions_m,
+            stress_pa,
         },
     )
 }
@@ -239,6 +257,7 @@ fn any_kind() -> impl Strategy<Value = RecordKind> {
         ".{0,40}".prop_map(RecordKind::Changed),
         any_note().prop_map(RecordKind::Note),
         any_tick_record().prop_map(RecordKind::Tick),
+        any_surface().prop_map(RecordKind::Surface),
         vec(any::<u8>(), 0..200).prop_map(RecordKind::State),
     ]
 }

@@ -50,6 +50,13 @@ impl BlockMatrix {
         }
     }
 
+    /// Becomes the sum of multiples of two matrices of the same pattern.
+    pub fn set_to_sum(&mut self, (a, first): (f64, &Self), (b, second): (f64, &Self)) {
+        for ((sum, first), second) in self.blocks.iter_mut().zip(&first.blocks).zip(&second.blocks) {
+            *sum = *first * a + *second * b;
+        }
+    }
+
     /// `product = matrix · vector`.
     pub fn multiply(&self, vector: &[f64], product: &mut [f64]) {
         let (x, y) = (vector.as_chunks::<3>().0, product.as_chunks_mut::<3>().0);

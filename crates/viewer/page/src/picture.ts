@@ -68,12 +68,16 @@ export interface LinkPicture {
   lost: number;
 }
 
-/** The deformed surface of a body, in place of its rigid shape. */
+/** The surface of the soft object as the fingers of a host meet it; `About.soft` says where its vertices rest. */
 export interface SurfacePicture {
   host: HostIndex;
-  body: number;
-  /** World frame, three numbers a vertex; a view into the message. */
-  vertices_m: Float32Array;
+  /** K_o: how stiff the object is where it is touched, all contacts together. */
+  ko_n_per_m: number;
+  /** Of `packed`. */
+  step_m: number;
+  step_pa: number;
+  /** Four a vertex: its way from where it rests along x, y and z, in steps; and, unsigned, its stress. A view into the message. */
+  packed: Int16Array;
 }
 
 const KIND = 1;
@@ -127,10 +131,11 @@ export function decodePicture(message: ArrayBuffer): Picture {
     };
   };
   const surface = (): SurfacePicture => {
-    const [index, body, vertices] = [u16(), u16(), u32()];
-    const vertices_m = new Float32Array(message, at, 3 * vertices);
-    at += 12 * vertices;
-    return { host: index, body, vertices_m };
+    const [index, , vertices] = [u16(), u16(), u32()];
+    const [ko_n_per_m, step_m, step_pa] = [f32(), f32(), f32()];
+    const packed = new Int16Array(message, at, 4 * vertices);
+    at += 8 * vertices;
+    return { host: index, ko_n_per_m, step_m, step_pa, packed };
   };
 
   const [kind, flags, hosts, surfaces] = [u8(), u8(), u8(), u8()];

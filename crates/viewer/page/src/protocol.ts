@@ -48,7 +48,28 @@ export interface About {
   max_force_n: number;
   finger_radius_m: number;
   bodies: BodyInfo[];
+  /** In a scene with a soft object there is no other body. */
+  soft: SoftInfo | null;
   walls: WallInfo[];
+}
+
+export interface SoftInfo {
+  model: "mass-spring" | "corotational" | "balloon";
+  /** World frame, at rest: three numbers a vertex, three indices a triangle. */
+  surface: { vertices_m: number[]; triangles: number[] };
+  /** Of the whole mesh. */
+  nodes: number;
+  tetrahedra: number;
+  /** How often it is simulated. */
+  simulation_hz: number;
+  /** What hands feel at the haptic rate. A gain in N/m counts where it is not 0, else its ratio to K_o. */
+  local_model: {
+    kind: "hold" | "p" | "pi" | "compliance";
+    stiffness_n_per_m: number;
+    stiffness_ratio: number;
+    integral_n_per_m: number;
+    integral_ratio: number;
+  };
 }
 
 export interface BodyInfo {

@@ -52,9 +52,12 @@ export function encodePicture(picture: Picture): ArrayBuffer {
   }
   for (const surface of picture.surfaces) {
     u16(surface.host);
-    u16(surface.body);
-    u32(surface.vertices_m.length / 3);
-    surface.vertices_m.forEach(f32);
+    u16(0);
+    u32(surface.packed.length / 4);
+    f32(surface.ko_n_per_m);
+    f32(surface.step_m);
+    f32(surface.step_pa);
+    surface.packed.forEach((value) => u16(value & 0xffff));
   }
   return Uint8Array.from(bytes).buffer;
 }

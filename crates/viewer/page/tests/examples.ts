@@ -16,6 +16,7 @@ export const GRASP: About = {
   max_force_n: 20,
   finger_radius_m: 0.008,
   bodies: [{ name: "object", kind: "box", size_m: [0.2, 0.12, 0.05], radius_m: 0, length_m: 0, fixed: false, surface: null }],
+  soft: null,
   walls: [
     { name: "right", point_m: [0.14, 0, 0], normal: [-1, 0, 0] },
     { name: "left", point_m: [-0.14, 0, 0], normal: [1, 0, 0] },

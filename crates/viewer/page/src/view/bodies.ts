@@ -1,9 +1,9 @@
-// Bodies: one solid, and every host's copy as a translucent ghost with an outline in its user's colour.
+// Rigid bodies: one solid, and every host's copy as a translucent ghost with an outline in its user's colour.
 import {
-  BufferAttribute, BufferGeometry, Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh,
-  MeshBasicMaterial, MeshStandardMaterial, Quaternion, Vector3, type Object3D,
+  Color, EdgesGeometry, Group, LineBasicMaterial, LineSegments, Mesh, MeshBasicMaterial, MeshStandardMaterial, Quaternion,
+  Vector3, type BufferGeometry, type Object3D,
 } from "three";
-import type { BodyPose, Picture, SurfacePicture } from "../picture.ts";
+import type { BodyPose, Picture } from "../picture.ts";
 import type { About, BodyInfo, HostIndex } from "../protocol.ts";
 import { type Colours, userColour } from "./colours.ts";
 import { bodyGeometry, outlineSource } from "./shapes.ts";
@@ -33,12 +33,11 @@ export class Bodies {
       const mean = meanPose(copies);
       const own = picture.hosts.find((host) => host.host === mine)?.bodies[body];
       solid.mesh.visible = copies.length > 0;
-      solid.show(own ?? mean, surfaceOf(picture, body, mine));
+      place(solid.mesh, own ?? mean);
       this.#ghosts[body]?.forEach((ghost, user) => {
         const pose = picture.hosts.find((host) => host.host === user)?.bodies[body];
-        const surface = picture.surfaces.find((one) => one.body === body && one.host === user) ?? null;
         ghost.group.visible = this.apart > 0 && copies.length > 1 && pose !== undefined;
-        if (pose) ghost.show(exaggerated(pose, mean, this.apart), surface);
+        if (pose) place(ghost.group, exaggerated(pose, mean, this.apart));
       });
     });
   }
@@ -52,12 +51,6 @@ export class Bodies {
     this.#solids.forEach((solid) => solid.dispose());
     this.#ghosts.flat().forEach((ghost) => ghost.dispose());
   }
-}
-
-/** The surface to show for a body: the one that `mine` has, else any host's. */
-function surfaceOf(picture: Picture, body: number, mine: HostIndex | null): SurfacePicture | null {
-  const surfaces = picture.surfaces.filter((surface) => surface.body === body);
-  return surfaces.find((surface) => surface.host === mine) ?? surfaces[0] ?? null;
 }
 
 export function meanPose(poses: BodyPose[]): BodyPose {
@@ -91,32 +84,15 @@ function place(object: Object3D, pose: BodyPose): void {
   object.quaternion.set(...pose.orientation_xyzw).normalize();
 }
 
-/** Puts an object into the world frame, for vertices that are in it. */
-function unplace(object: Object3D): void {
-  object.position.set(0, 0, 0);
-  object.quaternion.identity();
-}
-
 class Solid {
   readonly mesh: Mesh<BufferGeometry, MeshStandardMaterial>;
-  #rigid: BufferGeometry;
-  #deformed: DeformedSurface;
   #fixed: boolean;
 
   constructor(body: BodyInfo) {
-    this.#rigid = bodyGeometry(body);
-    this.#deformed = new DeformedSurface(body);
     this.#fixed = body.fixed;
-    this.mesh = new Mesh(this.#rigid, new MeshStandardMaterial({ roughness: 0.55, metalness: 0 }));
+    this.mesh = new Mesh(bodyGeometry(body), new MeshStandardMaterial({ roughness: 0.55, metalness: 0 }));
     this.mesh.castShadow = true;
     this.mesh.receiveShadow = true;
-  }
-
-  show(pose: BodyPose, surface: SurfacePicture | null): void {
-    const deformed = surface !== null && this.#deformed.update(surface.vertices_m);
-    this.mesh.geometry = deformed ? this.#deformed.geometry : this.#rigid;
-    if (deformed) unplace(this.mesh);
-    else place(this.mesh, pose);
   }
 
   colour(colours: Colours): void {
@@ -126,27 +102,23 @@ class Solid {
   }
 
   dispose(): void {
-    this.#rigid.dispose();
-    this.#deformed.geometry.dispose();
+    this.mesh.geometry.dispose();
     this.mesh.material.dispose();
   }
 }
 
 class Ghost {
   readonly group = new Group();
-  #rigid: BufferGeometry;
-  #deformed: DeformedSurface;
   #fill: Mesh<BufferGeometry, MeshBasicMaterial>;
   #outline: LineSegments<EdgesGeometry, LineBasicMaterial>;
 
   constructor(body: BodyInfo) {
-    this.#rigid = outlineSource(body);
-    this.#deformed = new DeformedSurface(body);
+    const shape = outlineSource(body);
     // A little behind, so that it shows where it sticks out of the solid and not where their faces coincide.
     const behind = { polygonOffset: true, polygonOffsetFactor: 2, polygonOffsetUnits: 8 };
     const glass = { transparent: true, opacity: 0.16, depthWrite: false, ...behind };
-    this.#fill = new Mesh(this.#rigid, new MeshBasicMaterial(glass));
-    const edges = new EdgesGeometry(this.#rigid, EDGE_DEGREES);
+    this.#fill = new Mesh(shape, new MeshBasicMaterial(glass));
+    const edges = new EdgesGeometry(shape, EDGE_DEGREES);
     this.#outline = new LineSegments(edges, new LineBasicMaterial({ transparent: true }));
     // Lines lie in the faces that they bound: they are drawn last and seen through what is in front.
     this.#outline.renderOrder = 2;
@@ -155,57 +127,15 @@ class Ghost {
     this.group.add(this.#fill, this.#outline);
   }
 
-  show(pose: BodyPose, surface: SurfacePicture | null): void {
-    const deformed = surface !== null && this.#deformed.update(surface.vertices_m);
-    this.#fill.geometry = deformed ? this.#deformed.geometry : this.#rigid;
-    this.#outline.visible = !deformed;
-    if (deformed) unplace(this.group);
-    else place(this.group, pose);
-  }
-
   colour(colour: Color): void {
     this.#fill.material.color.copy(colour);
     this.#outline.material.color.copy(colour);
   }
 
   dispose(): void {
-    this.#rigid.dispose();
-    this.#deformed.geometry.dispose();
+    this.#fill.geometry.dispose();
     this.#outline.geometry.dispose();
     this.#fill.material.dispose();
     this.#outline.material.dispose();
-  }
-}
-
-/** A surface whose vertices move every frame; its triangles are those of the body's own surface. */
-export class DeformedSurface {
-  readonly geometry = new BufferGeometry();
-  #triangles: number[];
-  #vertices: number;
-
-  constructor(body: BodyInfo) {
-    this.#triangles = body.surface?.triangles ?? [];
-    this.#vertices = this.#triangles.reduce((most, vertex) => Math.max(most, vertex + 1), 0);
-  }
-
-  /** World frame, three numbers a vertex. False where they do not fit the body's triangles. */
-  update(vertices_m: Float32Array): boolean {
-    if (this.#triangles.length === 0 || vertices_m.length < 3 * this.#vertices) return false;
-    const positions = this.#positions(vertices_m.length);
-    (positions.array as Float32Array).set(vertices_m);
-    positions.needsUpdate = true;
-    this.geometry.computeVertexNormals();
-    this.geometry.computeBoundingSphere();
-    return true;
-  }
-
-  #positions(length: number): BufferAttribute {
-    const found = this.geometry.getAttribute("position") as BufferAttribute | undefined;
-    if (found?.array.length === length) return found;
-    const positions = new BufferAttribute(new Float32Array(length), 3);
-    this.geometry.setAttribute("position", positions);
-    this.geometry.deleteAttribute("normal");
-    this.geometry.setIndex(this.#triangles);
-    return positions;
   }
 }

@@ -8,6 +8,7 @@ import { Eye } from "./eye.ts";
 import { Hands } from "./hands.ts";
 import { arrange, type Layout } from "./layout.ts";
 import { COARSEST, Pace } from "./pace.ts";
+import { type Shown, SoftObject } from "./soft.ts";
 import { isSun, Stage } from "./stage.ts";
 
 /** What a reader may choose to see. */
@@ -15,6 +16,9 @@ export interface Choices {
   forces: boolean;
   /** See `Bodies.apart`. */
   apart: number;
+  /** See `SoftObject`. */
+  shown: Shown;
+  nets: boolean;
 }
 
 /** Everything that belongs to one scene. */
@@ -23,13 +27,14 @@ interface Contents {
   layout: Layout;
   stage: Stage;
   bodies: Bodies;
+  soft: SoftObject | null;
   hands: Hands;
 }
 
 export class Drawing {
   readonly eye: Eye;
   readonly pace = new Pace();
-  choices: Choices = { forces: true, apart: 1 };
+  choices: Choices = { forces: true, apart: 1, shown: "displacement", nets: false };
   mine: HostIndex | null = null;
   /** See `View.setAims`. */
   aims_m: Vector[] = [];
@@ -57,6 +62,9 @@ export class Drawing {
   }
 
   get layout(): Layout | null { return this.#contents?.layout ?? null; }
+
+  /** The soft object; null where the scene has none, or before its first picture. */
+  get soft(): SoftObject | null { return this.#contents?.soft ?? null; }
 
   introduce(about: About): void {
     this.#about = about;
@@ -89,6 +97,7 @@ export class Drawing {
     this.colours = readColours();
     this.#contents?.stage.colour(this.colours);
     this.#contents?.bodies.colour(this.colours);
+    this.#contents?.soft?.colour(this.colours);
     this.#contents?.hands.colour(this.colours);
     this.ask();
   }
@@ -125,23 +134,28 @@ export class Drawing {
     this.#renderer.render(this.#scene, this.eye.camera);
   }
 
-  #update({ about, stage, bodies, hands }: Contents, picture: Picture): void {
+  #update({ about, layout, stage, bodies, soft, hands }: Contents, picture: Picture): void {
     bodies.apart = this.choices.apart;
     bodies.show(picture, this.mine);
+    if (soft) {
+      soft.shown = this.choices.shown;
+      soft.copies = this.choices.nets;
+      soft.show(picture, this.mine);
+    }
     hands.show(picture, this.choices.forces);
     hands.showAims(this.mine, this.aims_m);
-    if (!this.dragging && this.#follow(about, picture)) this.ask();
+    if (!this.dragging && this.#follow(about, layout, picture)) this.ask();
     stage.follow(this.eye.controls.target);
     hands.follow(this.eye.controls.target.x);
     this.eye.camera.updateMatrixWorld();
     hands.face(this.eye.camera.quaternion, (position) => this.eye.pixelAt(position, this.#size.height));
   }
 
-  #follow(about: About, picture: Picture): boolean {
+  #follow(about: About, layout: Layout, picture: Picture): boolean {
     const now_ms = performance.now();
     const step_s = Math.min(0.5, Math.max(0, now_ms - this.#followed_ms) / 1e3);
     this.#followed_ms = now_ms;
-    const { middle, spread } = extent(about, picture);
+    const { middle, spread } = extent(about, layout, picture);
     return this.eye.keep(middle, spread, step_s);
   }
   #followed_ms = 0;
@@ -153,8 +167,9 @@ export class Drawing {
     const layout = arrange(about, this.#picture);
     const stage = new Stage(about, layout, this.colours);
     const [bodies, hands] = [new Bodies(about, this.colours), new Hands(about, layout, this.colours)];
-    this.#scene.add(stage.group, bodies.group, hands.group);
-    this.#contents = { about, layout, stage, bodies, hands };
+    const soft = about.soft && new SoftObject(about.soft, about, this.colours);
+    this.#scene.add(stage.group, bodies.group, hands.group, ...(soft ? [soft.group] : []));
+    this.#contents = { about, layout, stage, bodies, soft, hands };
     this.#coarsen();
     this.eye.frame(layout, about.space);
     return this.#contents;
@@ -162,7 +177,8 @@ export class Drawing {
 
   #drop(): void {
     if (!this.#contents) return;
-    for (const part of [this.#contents.stage, this.#contents.bodies, this.#contents.hands]) {
+    const { stage, bodies, soft, hands } = this.#contents;
+    for (const part of [stage, bodies, hands, ...(soft ? [soft] : [])]) {
       this.#scene.remove(part.group);
       part.dispose();
     }
@@ -189,11 +205,13 @@ export class Drawing {
 }
 
 /** The middle of everything that moves, and how far from it that reaches, m. */
-function extent(about: About, picture: Picture): { middle: Vector3; spread: number } {
-  const places = picture.hosts.flatMap((host) => [
+function extent(about: About, layout: Layout, picture: Picture): { middle: Vector3; spread: number } {
+  const moving = picture.hosts.flatMap((host) => [
     ...host.fingers.map((finger) => finger.position_m),
     ...host.bodies.filter((_, index) => !about.bodies[index]?.fixed).map((body) => body.position_m),
-  ]).map((place) => new Vector3(...place));
+  ]);
+  // A soft object is held somewhere: it stays in the picture.
+  const places = [...moving, ...(about.soft ? [layout.centre] : [])].map((place) => new Vector3(...place));
   const middle = new Vector3();
   places.forEach((place) => middle.addScaledVector(place, 1 / places.length));
   return { middle, spread: Math.max(0, ...places.map((place) => place.distanceTo(middle))) };

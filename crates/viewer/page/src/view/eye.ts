@@ -46,14 +46,15 @@ export class Eye {
   /** From in front and above; what moves in a plane is seen from so high that no body hides the fingers behind it. */
   reset(): void {
     if (!this.#layout) return;
-    const { centre, radius } = this.#layout;
+    const { centre, radius, aslant_rad } = this.#layout;
     this.#back = 1;
     // The scene's ball fits the narrower side.
     const half = Math.atan(Math.tan((this.camera.fov * Math.PI) / 360) * Math.min(1, this.camera.aspect));
     const distance = ((this.#space === "space" ? 0.9 : 0.87) * radius) / Math.sin(half);
     const [out, up] = this.#space === "plane" ? [0.38, 0.925] : this.#space === "line" ? [0.75, 0.66] : [0.84, 0.54];
     this.controls.target.set(...centre);
-    this.camera.position.set(centre[0], centre[1] - out * distance, centre[2] + up * distance);
+    const [aside, back] = [out * Math.sin(aslant_rad), out * Math.cos(aslant_rad)];
+    this.camera.position.set(centre[0] - aside * distance, centre[1] - back * distance, centre[2] + up * distance);
     this.camera.updateProjectionMatrix();
     this.controls.update();
   }

@@ -3,7 +3,7 @@ import { Group, Vector3, type Quaternion } from "three";
 import type { FingerPicture, Picture } from "../picture.ts";
 import type { About, HostIndex, Vector } from "../protocol.ts";
 import { type Colours, userColour } from "./colours.ts";
-import type { Layout } from "./layout.ts";
+import { type Layout, standsBeside } from "./layout.ts";
 import { Arrow, Ball, Halo, Proxy, Rail, Ring, Spring } from "./marks.ts";
 
 /** Smaller forces have no arrow, N. */
@@ -27,7 +27,7 @@ export class Hands {
       hand.group.visible = host !== undefined;
       host?.fingers.forEach((finger, index) => hand.show(index, finger, forces));
       const body = host?.bodies[0];
-      if (body && this.about.space === "line") hand.couple(host.fingers, body.position_m);
+      if (body && standsBeside(this.about)) hand.couple(host.fingers, body.position_m);
     });
   }
 
@@ -89,7 +89,7 @@ class Hand {
       aim: new Ring(1.25 * radius),
     }));
     for (const marks of this.fingers) this.group.add(...Object.values(marks).map((mark) => mark.object));
-    if (about.space !== "line") return;
+    if (!standsBeside(about)) return;
     this.#rail = new Rail(this.#beside, 2 * layout.radius, 0.12 * radius);
     this.#coupler = new Spring(0.45 * radius, 8);
     this.group.add(this.#rail.object, this.#coupler.object);

@@ -21,8 +21,15 @@ export interface Layout {
   fingerRadius: number;
   /** Length of the arrow of one newton, m. */
   metresPerNewton: number;
-  /** Where each user's hand is drawn, from where it is: on a line hands stand beside the body. */
+  /** Where each user's hand is drawn, from where it is: on a line hands stand beside a rigid body. */
   beside: Vector[];
+  /** How far the camera is turned to the side at first, radians: what gives way is seen better aslant. */
+  aslant_rad: number;
+}
+
+/** Whether hands stand beside what they hold, on rails. */
+export function standsBeside(about: About): boolean {
+  return about.space === "line" && !about.soft;
 }
 
 export function arrange(about: About, picture: Picture | null): Layout {
@@ -38,11 +45,12 @@ export function arrange(about: About, picture: Picture | null): Layout {
     radius,
     ground: groundHeight(about, low[2] ?? 0),
     grid: niceStep(radius / 4),
-    fingerRadius: about.space === "line" ? Math.max(about.finger_radius_m, 0.012)
+    fingerRadius: standsBeside(about) ? Math.max(about.finger_radius_m, 0.012)
       : about.finger_radius_m || 0.03 * radius,
     // The largest force is twice as long as the scene is wide: hands mostly do with a tenth of it.
     metresPerNewton: niceStep((2.2 * radius) / Math.max(1, about.max_force_n)),
-    beside: about.users.map((_, user) => (about.space === "line" ? [0, besideLine(user), 0] : [0, 0, 0])),
+    beside: about.users.map((_, user) => (standsBeside(about) ? [0, besideLine(user), 0] : [0, 0, 0])),
+    aslant_rad: about.soft ? 0.4 : 0,
   };
 }
 
@@ -84,12 +92,25 @@ function reach(about: About, poses: BodyPose[]): Vector[] {
     const half = halfSize(body);
     for (const side of [-1, 1]) corners.push(at.map((value, axis) => value + side * (half[axis] ?? 0)) as Vector);
   });
+  if (about.soft) corners.push(...cornersOf(about.soft.surface.vertices_m));
   about.fingers_m.flat().forEach((finger) => corners.push(finger));
   for (const { point_m, normal } of about.walls) {
     if (Math.hypot(...point_m) < FAR_M && (about.space !== "line" || Math.abs(normal[0]) > 0.5)) corners.push(point_m);
   }
-  if (about.space === "line") corners.push([-LINE_REACH_M, besideLine(0), 0], [LINE_REACH_M, besideLine(1), 0]);
+  if (standsBeside(about)) corners.push([-LINE_REACH_M, besideLine(0), 0], [LINE_REACH_M, besideLine(1), 0]);
   return corners.length > 0 ? corners : [[0, 0, 0]];
+}
+
+/** Two corners of the box around vertices. */
+function cornersOf(vertices_m: number[]): Vector[] {
+  if (vertices_m.length === 0) return [];
+  const [low, high]: Vector[] = [[Infinity, Infinity, Infinity], [-Infinity, -Infinity, -Infinity]];
+  vertices_m.forEach((value, index) => {
+    const axis = index % 3;
+    if (low) low[axis] = Math.min(low[axis] ?? value, value);
+    if (high) high[axis] = Math.max(high[axis] ?? value, value);
+  });
+  return [low as Vector, high as Vector];
 }
 
 function groundHeight(about: About, lowest: number): number {

@@ -7,7 +7,7 @@ import { Drawing } from "./drawing.ts";
 import { make } from "./element.ts";
 import { Label } from "./labels.ts";
 import type { Layout } from "./layout.ts";
-import { createTools, Legend } from "./tools.ts";
+import { ColourBar, Legend, Tools } from "./tools.ts";
 
 /** Fingers are caught by a press this near, CSS pixels. */
 const NEAR_PX = 22;
@@ -22,6 +22,8 @@ export class View {
   onRate: (hz: number) => void = () => {};
   #drawing: Drawing | null;
   #legend = new Legend();
+  #scale = new ColourBar();
+  #tools: Tools | null = null;
   #labels: Label[] = [];
   #overlay = make("div", "view-labels");
   #sorry = make("p", "view-sorry");
@@ -53,6 +55,7 @@ export class View {
     this.#labels = about.users.map(() => new Label());
     this.#overlay.replaceChildren(...this.#labels.map((label) => label.element));
     this.#drawing?.introduce(about);
+    this.#tools?.introduce(about);
   }
 
   /** Draws this picture at the next frame; only the newest counts. */
@@ -148,10 +151,10 @@ export class View {
     const drawing = new Drawing(this.canvas, context);
     drawing.onDrawn = () => this.#afterFrame(drawing);
     drawing.onPace = () => this.onRate(drawing.pace.hz);
-    const tools = createTools(drawing);
-    this.element.append(tools, this.#legend.element);
+    this.#tools = new Tools(drawing);
+    this.element.append(this.#tools.element, this.#legend.element, this.#scale.element);
     // Where there is little room, the scene comes first.
-    tools.open = this.element.clientWidth > 900;
+    this.#tools.element.open = this.element.clientWidth > 900;
     this.#legend.element.open = this.element.clientWidth > 1000;
     const sorry = "The graphics were lost; waiting for them.";
     this.canvas.addEventListener("webglcontextlost", () => this.#apologise(sorry));
@@ -168,6 +171,7 @@ export class View {
     this.#drawn += 1;
     this.canvas.dataset["drawn"] = String(this.#drawn);
     this.#nameHands(drawing);
+    this.#scale.show(drawing.soft);
     if (!this.#about || !drawing.layout || this.#legendOf === drawing.layout) return;
     this.#legendOf = drawing.layout;
     this.#legend.fill(this.#about, drawing.layout, drawing);

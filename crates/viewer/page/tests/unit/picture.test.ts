@@ -6,7 +6,8 @@ import { GRASP, picture } from "../examples.ts";
 
 test("a picture is read as it was written", () => {
   const written = picture(GRASP, 0.5);
-  written.surfaces.push({ host: 1, body: 0, vertices_m: Float32Array.from([0, 1, 2, 3, 4, 5]) });
+  const packed = Int16Array.from([0, 1, -2, 3, -32767, 32767, 5, -1]);
+  written.surfaces.push({ host: 1, ko_n_per_m: 800, step_m: 1e-6, step_pa: 0.5, packed });
   const read = decodePicture(encodePicture(written));
   const rounded = JSON.parse(JSON.stringify(written), (_, value) => (typeof value === "number" ? Math.fround(value) : value));
   rounded.time_s = written.time_s;

@@ -1,36 +1,102 @@
 import { test } from "node:test";
 import assert from "node:assert/strict";
-import { Raycaster, Mesh, Vector3 } from "three";
-import { DeformedSurface, exaggerated, meanPose } from "../../src/view/bodies.ts";
+import { type Color, Raycaster, Mesh, Vector3 } from "three";
+import { exaggerated, meanPose } from "../../src/view/bodies.ts";
 import { arrange, niceStep } from "../../src/view/layout.ts";
 import { Pace, COARSEST, FULL_HZ, LOW_HZ } from "../../src/view/pace.ts";
 import { bodyGeometry, clip, wallGeometry, wallPolygon } from "../../src/view/shapes.ts";
-import type { BodyInfo } from "../../src/protocol.ts";
+import type { BodyInfo, SoftInfo } from "../../src/protocol.ts";
+import { ownSurface } from "../../src/view/soft.ts";
+import { ColourScale, mapped, roundUp } from "../../src/view/colourmap.ts";
+import { Skin, Weave } from "../../src/view/skin.ts";
+import { length, pressure } from "../../src/view/tools.ts";
+import type { SurfacePicture } from "../../src/picture.ts";
 import { GRASP, LINE, picture } from "../examples.ts";
+import { press, SOFT } from "../soft_example.ts";
 
 const TETRAHEDRON: BodyInfo = {
   name: "soft", kind: "mesh", size_m: [0, 0, 0], radius_m: 0, length_m: 0, fixed: false,
   surface: { vertices_m: [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3] },
 };
 
+const SKIN: SoftInfo = {
+  ...SOFT.soft!, surface: { vertices_m: [0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1], triangles: [0, 2, 1, 0, 1, 3, 0, 3, 2, 1, 2, 3] },
+};
+/** The last vertex of four is drawn 2 m up, the one before it is stressed with 32 kPa. */
+const DRAWN: SurfacePicture = {
+  host: 0, ko_n_per_m: 1, step_m: 1e-3, step_pa: 0.5,
+  packed: Int16Array.from([0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, -1536, 0, 0, 2000, 0]),
+};
+
 test("a surface follows its vertices, in place, with normals that point out", () => {
-  const surface = new DeformedSurface(TETRAHEDRON);
-  assert.ok(surface.update(Float32Array.from(TETRAHEDRON.surface?.vertices_m ?? [])));
-  const array = surface.geometry.getAttribute("position").array;
-  // The last vertex is drawn out to 3.
-  assert.ok(surface.update(Float32Array.from([0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 3])));
-  assert.equal(surface.geometry.getAttribute("position").array, array);
+  const skin = new Skin(new Weave(SKIN));
+  const array = skin.geometry.getAttribute("position").array;
+  assert.ok(skin.update(DRAWN));
+  assert.equal(skin.geometry.getAttribute("position").array, array);
   const ray = new Raycaster(new Vector3(0.1, 0.1, 10), new Vector3(0, 0, -1));
-  const [hit] = ray.intersectObject(new Mesh(surface.geometry));
+  const [hit] = ray.intersectObject(new Mesh(skin.geometry));
   assert.ok(hit);
   assert.ok(Math.abs(hit.point.z - 2.4) < 1e-6, `${hit.point.z}`);
-  const normal = new Vector3().fromBufferAttribute(surface.geometry.getAttribute("normal"), 3);
-  assert.ok(normal.z > 0, "the tip's normal points away from the body");
+  assert.ok((hit.normal?.z ?? 0) > 0, "its upper side points up");
+  assert.deepEqual([...skin.displacement_m], [0, 0, 0, 2]);
+  assert.deepEqual([...skin.stress_pa], [0, 0, 32000, 0]);
+  skin.update(null);
+  assert.equal(skin.displacement_m[3], 0, "without a surface it rests");
 });
 
-test("a surface that does not fit the body's triangles is not drawn", () => {
-  assert.equal(new DeformedSurface(TETRAHEDRON).update(new Float32Array(9)), false);
-  assert.equal(new DeformedSurface({ ...TETRAHEDRON, surface: null }).update(new Float32Array(12)), false);
+test("faces that meet at a sharp edge are lit apart, those of a round surface together; every edge is there once", () => {
+  const block = new Weave(SOFT.soft!);
+  const vertices = SOFT.soft!.surface.vertices_m.length / 3;
+  // Eight corners of three faces, and edges of two: 4 of each length less its ends.
+  assert.equal(block.source.length - vertices, 8 * 2 + 4 * (13 + 3 + 2));
+  // Of a closed surface: three edges a triangle, each in two.
+  assert.equal(block.edges.length / 2, (block.triangles.length / 3) * 1.5);
+  const round = new Weave({ ...SKIN, surface: { vertices_m: [0, 0, 0, 1, 0, 0, 1, 1, 0.2, 0, 1, 0], triangles: [0, 1, 2, 0, 2, 3] } });
+  assert.equal(round.source.length, 4);
+});
+
+test("a surface of another object is not drawn", () => {
+  const skin = new Skin(new Weave(SKIN));
+  assert.equal(skin.update({ ...DRAWN, packed: new Int16Array(12) }), false);
+  assert.equal(skin.displacement_m[3], 0);
+});
+
+test("the colour map goes from light to dark in even steps", () => {
+  const lab = Array.from({ length: 17 }, (_, index) => toOklab(mapped(index / 16)));
+  const steps = lab.slice(1).map((colour, index) => Math.hypot(...colour.map((value, axis) => value - (lab[index]?.[axis] ?? 0))));
+  assert.ok(Math.max(...steps) < 1.1 * Math.min(...steps), steps.map((step) => step.toFixed(4)).join(" "));
+  lab.slice(1).forEach(([lightness], index) => assert.ok(lightness < (lab[index]?.[0] ?? 0), `darker at ${index + 1}`));
+  assert.ok(mapped(7).equals(mapped(1)) && mapped(-1).equals(mapped(0)) && mapped(NaN).equals(mapped(0)));
+});
+
+test("a colour scale is longer at once, and shorter when nothing has been large for a while", () => {
+  const scale = new ColourScale(0.001);
+  scale.follow(1e-6, 0);
+  assert.equal(scale.limit, 0.001);
+  scale.follow(0.013, 0.1);
+  assert.equal(scale.limit, 0.02);
+  for (let time_s = 0.2; time_s < 2; time_s += 0.1) scale.follow(0.003, time_s);
+  assert.equal(scale.limit, 0.02);
+  for (let time_s = 2; time_s < 3; time_s += 0.1) scale.follow(0.003, time_s);
+  assert.equal(scale.limit, 0.005);
+  scale.follow(Infinity, 4);
+  assert.equal(scale.limit, 0.005);
+  assert.deepEqual([0.013, 0.05, 1, 7.1, 300].map(roundUp), [0.02, 0.05, 1, 10, 500]);
+  assert.deepEqual([pressure(200), pressure(5000), pressure(2e6), length(0.005)], ["200 Pa", "5 kPa", "2 MPa", "5 mm"]);
+});
+
+test("of several copies the one that is felt is the solid one", () => {
+  const one = press(1, 0.01);
+  assert.equal(ownSurface(one, 1)?.host, 1);
+  assert.equal(ownSurface(one, null)?.host, 0);
+  assert.equal(ownSurface({ ...one, surfaces: [] }, 1), null);
+});
+
+test("a soft object is within the picture, its hands are where they are, even on a line", () => {
+  const layout = arrange({ ...SOFT, space: "line" }, null);
+  assert.deepEqual(layout.beside, [[0, 0, 0], [0, 0, 0]]);
+  assert.ok(layout.radius > 0.17 && layout.aslant_rad > 0);
+  assert.ok(Math.abs(layout.centre[0] - 0.175) < 1e-9 && Math.abs(layout.ground) < 1e-9);
 });
 
 test("the mean of copies does not care for the sign of a quaternion", () => {
@@ -103,3 +169,15 @@ test("a slow browser asks for fewer pictures, then for coarser ones; a quick one
   frames(17, 120);
   assert.deepEqual([pace.hz, pace.coarseness], [FULL_HZ, COARSEST]);
 });
+
+/** Lightness and two axes of colour, as they look (Ottosson 2020). */
+function toOklab({ r, g, b }: Color): [number, number, number] {
+  const l = Math.cbrt(0.4122214708 * r + 0.5363325363 * g + 0.0514459929 * b);
+  const m = Math.cbrt(0.2119034982 * r + 0.6806995451 * g + 0.1073969566 * b);
+  const s = Math.cbrt(0.0883024619 * r + 0.2817188376 * g + 0.6299787005 * b);
+  return [
+    0.2104542553 * l + 0.793617785 * m - 0.0040720468 * s,
+    1.9779984951 * l - 2.428592205 * m + 0.4505937099 * s,
+    0.0259040371 * l + 0.7827717662 * m - 0.808675766 * s,
+  ];
+}

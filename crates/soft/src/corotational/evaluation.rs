@@ -1,0 +1,48 @@
+//! How the elements of a body are deformed when its nodes are somewhere.
+
+use glam::DVec3;
+
+use super::Constants;
+use super::element::Deformed;
+
+/// Rotation and stretch of every element, and what they store.
+#[derive(Clone, Debug)]
+pub(super) struct Evaluation {
+    pub(super) deformed: Vec<Deformed>,
+    pub(super) energy_j: f64,
+}
+
+impl Evaluation {
+    pub(super) fn new(constants: &Constants, positions_m: &[DVec3]) -> Self {
+        let mut evaluation = Self { deformed: Vec::new(), energy_j: 0.0 };
+        evaluation.update(constants, positions_m);
+        evaluation
+    }
+
+    pub(super) fn update(&mut self, constants: &Constants, positions_m: &[DVec3]) {
+        self.deformed.clear();
+        self.energy_j = 0.0;
+        for element in &constants.elements {
+            let deformed = element.deformed(positions_m);
+            self.energy_j += element.energy_j(constants.material, &deformed);
+            self.deformed.push(deformed);
+        }
+    }
+
+    /// Adds the elastic forces times `factor` to a vector of the free coordinates.
+    pub(super) fn add_forces(&self, constants: &Constants, factor: f64, vector: &mut [f64]) {
+        for (element, deformed) in constants.elements.iter().zip(&self.deformed) {
+            let forces = element.forces_n(constants.material, deformed);
+            for (&node, force) in element.nodes.iter().zip(forces) {
+                let Some(position) = constants.symbolic.position(node) else { continue };
+                for (sum, part) in vector[3 * position..].iter_mut().zip(force.to_array()) {
+                    *sum += factor * part;
+                }
+            }
+        }
+    }
+
+    pub(super) fn memory_bytes(&self) -> usize {
+        self.deformed.capacity() * size_of::<Deformed>()
+    }
+}
