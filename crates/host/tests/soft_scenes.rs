@@ -3,6 +3,7 @@
 mod common;
 
 use common::Rig;
+use cotouch_host::soft::SlowInput;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
@@ -109,15 +110,24 @@ fn every_scene_is_pressed_and_let_go() {
             }
             let fingers = hands.rig.state.soft.contacts.len();
             assert_eq!(touched, fingers, "{name}, {kind}");
-            assert!(largest_n > 0.05 && largest_n < 10.0, "{name}, {kind}: {largest_n} N");
+            assert!(largest_n > 5e-3 && largest_n < 10.0, "{name}, {kind}: {largest_n} N");
             assert!(hands.largest_force_n() == 0.0, "{name}, {kind}: nothing is felt that is not touched");
-            let frame = hands.rig.state.soft.frame.clone().unwrap();
-            let rest = hands.rig.slow.rest_frame();
-            let moved =
-                frame.positions_m.iter().zip(&rest.positions_m).map(|(now, rest)| now.distance(*rest));
-            assert!(moved.fold(0.0, f64::max) < 1e-3, "{name}, {kind}: it comes back");
+            assert!(comes_back(&mut hands.rig), "{name}, {kind}: it comes back");
         }
     }
+}
+
+/// Whether the body comes back to rest, if it swings first.
+fn comes_back(rig: &mut Rig) -> bool {
+    let rest = rig.slow.rest_frame();
+    let moved_m = |positions: &[DVec3]| {
+        let moved = positions.iter().zip(&rest.positions_m).map(|(now, rest)| now.distance(*rest));
+        moved.fold(0.0, f64::max)
+    };
+    (0..600).any(|period| {
+        let frame = rig.slow.step(&SlowInput { period: 1000 + period, ..SlowInput::default() });
+        moved_m(&frame.positions_m) < 1e-4 && frame.energy.kinetic_j < 1e-6
+    })
 }
 
 /// The paper's claim (§1): who touches the balloon feels how the other presses it, through the fluid. Of the surface at
@@ -138,7 +148,6 @@ fn through_the_balloon_one_user_feels_the_other() {
             hands.tick(|user| if user == 0 { 7.0 / 13.0 } else { (f64::from(tick) / 500.0).min(1.0) });
         }
         let pressed_n = push_n(&hands);
-        println!("{kind}: {alone_n} N alone, {pressed_n} N while the other presses");
         assert!(pressed_n > 1.2 * alone_n, "{kind}: {alone_n} N, and {pressed_n} N");
     }
 }
