@@ -337,3 +337,45 @@ fn a_tick_that_was_left_out_does_not_leave_out_a_period() {
     hold(&mut rig, deep(0.01), N - 1);
     assert_eq!(rig.output.slow.as_ref().unwrap().period, 1);
 }
+
+#[test]
+fn a_frame_that_was_moved_moves_the_force_by_k_h() {
+    let mut rig = Rig::new(&scene(SPRING, &["local_model.sides=two"]));
+    hold(&mut rig, deep(0.01), 30 * N + 10);
+    let force_with = |by: DVec3| {
+        let mut rig = rig.clone();
+        let frame = rig.state.soft.frame.clone().unwrap();
+        let positions_m = frame.positions_m.iter().map(|node| *node + by).collect();
+        rig.state.soft.frame = Some(std::sync::Arc::new(frame.moved_to(positions_m).unwrap()));
+        rig.tick(deep(0.01))
+    };
+    let by = DVec3::new(1e-5, -2e-5, 3e-5);
+    assert!((force_with(by) - force_with(DVec3::ZERO) - 100.0 * by).length() < 1e-12);
+    let frame = rig.slow.rest_frame();
+    assert!(frame.moved_to(vec![DVec3::ZERO]).is_err());
+    assert_eq!(
+        frame.moved_to(frame.positions_m.clone()).unwrap().surface.generation(),
+        frame.surface.generation()
+    );
+}
+
+#[test]
+fn frames_may_come_late_and_two_at_a_time() {
+    let mut rig = Rig::new(&scene(BLOCK, &["local_model.hold=first"]));
+    let finger = |tick: u64| DVec3::new(0.025, 0.042, 0.06 - 4e-5 * tick.min(500) as f64);
+    let readings =
+        |tick: u64| -> Readings { [Reading::point(finger(tick), DVec3::ZERO)].into_iter().collect() };
+    let mut frames = Vec::new();
+    for tick in 0..1000 {
+        // Nothing comes for a tenth of a second; then all of it, in the middle of a period.
+        if tick % 100 == 57 {
+            for frame in frames.drain(..) {
+                rig.model.take_frame(&mut rig.state, tick, frame);
+            }
+        }
+        rig.model.tick_into(&mut rig.state, tick, &readings(tick), &mut rig.output);
+        assert!(rig.output.device[0].force.is_finite() && rig.output.device[0].force.length() < 5.0);
+        frames.extend(rig.output.slow.as_ref().map(|input| rig.slow.step(input)));
+    }
+    assert!(rig.state.soft.contacts[0].touching && rig.output.device[0].force.z > 0.05);
+}
