@@ -9,10 +9,14 @@ use glam::{DMat3, DVec3, Vec3};
 use crate::factor::{BlockMatrix, Factor, FactorOf, NotPositive};
 
 /// The residual that remains, of the one at the beginning, both measured by the factor.
-const TOLERANCE: f64 = 1e-9;
+const TOLERANCE: f64 = 1e-8;
 
 /// After so many steps with an old factor a new one is made.
 const MOST_STEPS_WITH_OLD: usize = 8;
+
+/// A factor with which this many steps were needed is made anew, if it has served for so many solutions.
+const WORN_STEPS: u64 = 6;
+const LEAST_SERVICE: u64 = 10;
 
 /// After so many steps with a factor of the same matrix seven digits are too few.
 const MOST_STEPS: usize = 20;
@@ -29,6 +33,9 @@ pub(super) struct Solver {
     /// How the body is turned at each free node, and how it was when the rough factor was made.
     pub(super) rotations: Vec<DMat3>,
     rotations_then: Vec<DMat3>,
+    /// How often the rough factor has been used, and how many steps the last time took.
+    service: u64,
+    last_steps: u64,
     exact: Option<Factor>,
     factorisations: u64,
     solutions: u64,
@@ -52,6 +59,8 @@ impl Solver {
             rough_is_usable: false,
             rotations: Vec::new(),
             rotations_then: Vec::new(),
+            service: 0,
+            last_steps: 0,
             exact: None,
             factorisations: 0,
             solutions: 0,
@@ -65,6 +74,7 @@ impl Solver {
     /// Forgets the factor: what follows depends on the matrix only.
     pub(super) fn forget(&mut self) {
         self.rough_is_usable = false;
+        (self.service, self.last_steps) = (0, 0);
     }
 
     pub(super) fn counts(&self) -> (u64, u64) {
@@ -82,17 +92,19 @@ impl Solver {
         self.residual.len() > SMALL
     }
 
-    /// `matrix · solution = right`, to nine digits.
+    /// `matrix · solution = right`, to eight digits.
     pub(super) fn solve(&mut self, right: &[f64], solution: &mut [f64]) -> Result<(), NotPositive> {
         if !self.uses_rotations() {
             return self.solve_exactly(right, solution);
         }
-        if self.rough_is_usable && self.iterate(right, solution, MOST_STEPS_WITH_OLD) {
+        let worn = self.last_steps >= WORN_STEPS && self.service >= LEAST_SERVICE;
+        if self.rough_is_usable && !worn && self.iterate(right, solution, MOST_STEPS_WITH_OLD) {
             return Ok(());
         }
         self.factorisations += 1;
         self.rough_is_usable = self.rough.refactor(&self.matrix).is_ok();
         self.rotations_then.clone_from(&self.rotations);
+        self.service = 0;
         if self.rough_is_usable && self.iterate(right, solution, MOST_STEPS) {
             return Ok(());
         }
@@ -120,10 +132,13 @@ impl Solver {
         let enough = TOLERANCE * TOLERANCE * size;
         self.direction.fill(0.0);
         let mut keep = 0.0;
+        self.service += 1;
+        self.last_steps = 0;
         for _ in 0..most_steps {
             if size <= enough {
                 return true;
             }
+            self.last_steps += 1;
             for (direction, &new) in self.direction.iter_mut().zip(&self.preconditioned) {
                 *direction = keep * *direction + new;
             }
