@@ -8,18 +8,18 @@ use glam::{DMat3, DVec3, Vec3};
 
 use crate::factor::{BlockMatrix, Factor, FactorOf, NotPositive};
 
-/// The residual that remains, of the one at the beginning, both measured by the factor.
-const TOLERANCE: f64 = 1e-8;
+/// The error that remains, as a part of the solution, both measured by the matrix itself.
+const TOLERANCE: f64 = 1e-6;
 
 /// After so many steps with an old factor a new one is made.
-const MOST_STEPS_WITH_OLD: usize = 8;
+const MOST_STEPS_WITH_OLD: u64 = 8;
 
 /// A factor with which this many steps were needed is made anew, if it has served for so many solutions.
 const WORN_STEPS: u64 = 6;
 const LEAST_SERVICE: u64 = 10;
 
 /// After so many steps with a factor of the same matrix seven digits are too few.
-const MOST_STEPS: usize = 20;
+const MOST_STEPS: u64 = 20;
 
 /// Bodies with at most so many coordinates are small.
 const SMALL: usize = 400;
@@ -92,7 +92,7 @@ impl Solver {
         self.residual.len() > SMALL
     }
 
-    /// `matrix · solution = right`, to eight digits.
+    /// `matrix · solution = right`, to six digits or more.
     pub(super) fn solve(&mut self, right: &[f64], solution: &mut [f64]) -> Result<(), NotPositive> {
         if !self.uses_rotations() {
             return self.solve_exactly(right, solution);
@@ -123,40 +123,53 @@ impl Solver {
         Ok(())
     }
 
-    /// Conjugate gradients, in the form that bears a preconditioner of few digits. Returns whether they converged.
-    fn iterate(&mut self, right: &[f64], solution: &mut [f64], most_steps: usize) -> bool {
+    /// Conjugate gradients, in the form that bears a preconditioner of few digits. Returns whether they converged: every step
+    /// brings the solution nearer by `contribution` (in the matrix's own measure, squared); what later ones would bring is
+    /// judged by how fast contributions fall.
+    fn iterate(&mut self, right: &[f64], solution: &mut [f64], most_steps: u64) -> bool {
         solution.fill(0.0);
         self.residual.copy_from_slice(right);
-        self.precondition();
-        let mut size = dot(&self.residual, &self.preconditioned);
-        let enough = TOLERANCE * TOLERANCE * size;
         self.direction.fill(0.0);
-        let mut keep = 0.0;
         self.service += 1;
-        self.last_steps = 0;
-        for _ in 0..most_steps {
-            if size <= enough {
+        let (mut keep, mut size, mut total) = (0.0, 0.0, 0.0);
+        let mut last_contribution = None;
+        for step in 1..=most_steps {
+            self.last_steps = step;
+            self.precondition();
+            let before = std::mem::replace(&mut size, dot(&self.residual, &self.preconditioned));
+            if size == 0.0 {
                 return true;
             }
-            self.last_steps += 1;
-            for (direction, &new) in self.direction.iter_mut().zip(&self.preconditioned) {
-                *direction = keep * *direction + new;
+            if last_contribution.is_some() {
+                keep = (size - dot(&self.last_residual, &self.preconditioned)) / before;
             }
-            self.matrix.multiply(&self.direction, &mut self.applied);
-            let curvature = dot(&self.direction, &self.applied);
-            if curvature <= 0.0 || !curvature.is_finite() {
-                return false;
+            let Some(contribution) = self.advance(keep, solution) else { return false };
+            total += contribution;
+            let fall = last_contribution.map_or(1.0, |last| contribution / last);
+            if contribution * fall <= TOLERANCE * TOLERANCE * total {
+                return true;
             }
-            let length = dot(&self.direction, &self.residual) / curvature;
-            self.last_residual.copy_from_slice(&self.residual);
-            add_multiple(solution, length, &self.direction);
-            add_multiple(&mut self.residual, -length, &self.applied);
-            self.precondition();
-            let before = size;
-            size = dot(&self.residual, &self.preconditioned);
-            keep = (size - dot(&self.last_residual, &self.preconditioned)) / before;
+            last_contribution = Some(contribution);
         }
-        size <= enough
+        false
+    }
+
+    /// One step: along the preconditioned residual and `keep` times the last direction. Returns its contribution; `None` where
+    /// the matrix is not positive.
+    fn advance(&mut self, keep: f64, solution: &mut [f64]) -> Option<f64> {
+        for (direction, new) in self.direction.iter_mut().zip(&self.preconditioned) {
+            *direction = keep * *direction + new;
+        }
+        self.matrix.multiply(&self.direction, &mut self.applied);
+        let (along, curvature) = (dot(&self.direction, &self.residual), dot(&self.direction, &self.applied));
+        if curvature <= 0.0 || !curvature.is_finite() {
+            return None;
+        }
+        let length = along / curvature;
+        self.last_residual.copy_from_slice(&self.residual);
+        add_multiple(solution, length, &self.direction);
+        add_multiple(&mut self.residual, -length, &self.applied);
+        Some(length * along)
     }
 
     /// The residual, solved with the rough factor. Scaled, because small numbers have too few digits of the short kind.
