@@ -4,7 +4,7 @@ use glam::{DMat3, DVec3};
 
 use super::Constants;
 use super::element::Deformed;
-use super::rotation::nearest_rotation;
+use super::rotation::{nearest_rotation, norm_squared};
 
 /// Rotation and stretch of every element, and what they store.
 #[derive(Clone, Debug)]
@@ -54,7 +54,9 @@ impl Evaluation {
             }
         }
         for rotation in rotations {
-            *rotation = nearest_rotation(*rotation);
+            // Of about unit size, as the search for the rotation likes it.
+            *rotation =
+                nearest_rotation(*rotation * norm_squared(*rotation).max(f64::MIN_POSITIVE).sqrt().recip());
         }
     }
 
