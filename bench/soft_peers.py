@@ -77,7 +77,10 @@ class MuJoCo:
         mass = DENSITY * math.prod(SIZE_M)
         numbers = lambda rows: " ".join(f"{value:.9g}" for row in rows for value in row)
         pinned = " ".join(str(i) for i, node in enumerate(nodes) if node[0] == 0.0)
-        model = f"""<mujoco><option timestep="{PERIOD_S / substeps!r}" integrator="discrete" gravity="0 0 -9.81"/>
+        # Up to version 3 this integrator takes the flex's stiffness implicitly, from version 4 on the other one does.
+        integrator = "implicitfast" if int(mujoco.__version__.split(".")[0]) < 4 else "discrete"
+        step = f'timestep="{PERIOD_S / substeps!r}" integrator="{integrator}"'
+        model = f"""<mujoco><option {step} gravity="0 0 -9.81"/>
           <size memory="2G"/><worldbody>
           <flexcomp name="beam" type="direct" dim="3" mass="{mass!r}" radius="0.0005" point="{numbers(nodes)}"
             element="{numbers(tetrahedra)}"><contact selfcollide="none" contype="0" conaffinity="0"/>
