@@ -11,7 +11,11 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
+<<<<<<< HEAD
 pub(crate) fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
+=======
+pub fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
+>>>>>>> hA
     let mut scene = cotouch_scene::load("single-axis", &[]).expect("it is built in");
     scene.rates.simulation_hz = "60".parse().expect("a rate");
     scene.gravity_m_per_s2 = DVec3::ZERO;
@@ -220,12 +224,20 @@ pub(crate) fn central_differences(body: &dyn SoftBody, forces: &[PointForce], st
 }
 
 /// A node as a point of the material.
+<<<<<<< HEAD
 pub(crate) fn at_node(node: usize) -> MaterialPoint {
+=======
+pub fn at_node(node: usize) -> MaterialPoint {
+>>>>>>> hA
     MaterialPoint { nodes: [node as u32; 4], weights: [1.0, 0.0, 0.0, 0.0] }
 }
 
 /// The state with every node moved and set moving at random, the same for the same seed.
+<<<<<<< HEAD
 pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
+=======
+pub fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
+>>>>>>> hA
     let mut number = seed;
     let mut random = move || {
         number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -239,7 +251,11 @@ pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f
 }
 
 /// The momentum of a body of which nothing is fixed, kg·m/s.
+<<<<<<< HEAD
 pub(crate) fn momentum(linear: &LinearBody, state: &SoftState) -> DVec3 {
+=======
+pub fn momentum(linear: &LinearBody, state: &SoftState) -> DVec3 {
+>>>>>>> hA
     let mut sum = DVec3::ZERO;
     for (&(node, axis), mass) in linear.coordinates.iter().zip(&linear.mass_kg) {
         sum[axis as usize] += mass * state.velocities_m_per_s[node as usize][axis as usize];
