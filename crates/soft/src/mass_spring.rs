@@ -4,9 +4,7 @@
 //! tetrahedra the `(2√2/25)·l·E` of Lloyd, Székely & Harders (2007), which comes closest to linear tetrahedra of Young's
 //! modulus `E`. Springs that act along the line between two points can only stand for a material of Poisson's ratio 1/4.
 //!
-//! Tetrahedra that are pushed flat or through themselves push back (`inversion`). All the same a network may stay tangled once
-//! a force has pushed a corner through several of them (40 N at one node of 20 kPa); corotational tetrahedra are the choice for
-//! rough hands.
+//! Tetrahedra that are pressed together or pushed through themselves push back (`inversion`).
 //!
 //! A network has the directions of its edges: cubes that are cut into six tetrahedra are
 //! stiffer along the axes (a uniaxial strain ε gives a von Mises stress of 1.31·E·ε, against the material's 0.8·E·ε);

@@ -147,10 +147,10 @@ fn a_hand_that_pulls_hard_does_not_blow_it_up() {
 }
 
 #[test]
-fn pressed_as_hands_do_it_goes_back_to_rest() {
+fn pulled_at_one_corner_it_goes_back_to_rest() {
     for direction in [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::new(-1.0, 0.4, -0.7).normalize()]
     {
-        for force in [3.0, 15.0] {
+        for force in [5.0, 40.0, 400.0] {
             let body = pulled_and_let_go(force * direction);
             let far = farthest_from_rest(&*body);
             assert!(far < 1e-3, "{far} m after {force} N towards {direction}");
