@@ -9,6 +9,7 @@ use crate::keys::Key;
 use crate::keys::parts::IMPAIRMENT;
 use crate::keys::scene::{LINK_IMPAIRMENT, SCENE};
 use crate::scene::{Impairment, Scene, Shape};
+use crate::soft_mesh::SoftMesh;
 use crate::unknown;
 use crate::value::{Value, plain};
 
@@ -31,7 +32,8 @@ impl Scene {
 }
 
 /// `scene` with one number changed, checked again; keys that follow from it, such as `governor.max_slew_n_per_s`,
-/// follow. Takes a few microseconds, mostly for the copy.
+/// follow. Takes a few microseconds, mostly for the copy; longer where the number is one of `soft.mesh`, whose mesh is then
+/// made or read again.
 ///
 /// # Errors
 /// When no scene has that key, it is not a number, or the number is not allowed.
@@ -49,6 +51,12 @@ pub fn with_override(scene: &Scene, key: &str, number: f64) -> Result<Scene, Sce
     let mut conflicts = consistency::of_numbers(&changed);
     if users > scene.users.len() {
         conflicts.extend(consistency::of_names(&changed));
+    }
+    if conflicts.is_empty() && changed.soft.exists() && changed.soft.mesh != scene.soft.mesh {
+        match SoftMesh::of(&changed.soft) {
+            Ok(mesh) => changed.soft.nodes = Some(Arc::new(mesh)),
+            Err(error) => conflicts.push(consistency::of_soft_mesh(&changed.soft, &error)),
+        }
     }
     let errors = conflicts.into_iter().map(|conflict| {
         let key_at_fault = conflict.keys.into_iter().next().unwrap_or_default();

@@ -4,9 +4,9 @@ use glam::DVec3;
 
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, GovernorLimits,
-    Ground, Hand, Impairment, Integrator, Link, LocalModel, LocalModelKind, Object, PlayOut, Rates,
-    ReturnedForce, RotationalSpringDamper, Scene, Session, Shape, ShapeKind, Soft, SoftMeshKind,
+    Architecture, Body, Contact, Coordination, Coupling, DeviceKind, DeviceSpec, Finger, FixedRegion,
+    GovernorLimits, Ground, Hand, Impairment, Integrator, Link, LocalModel, LocalModelKind, Object, PlayOut,
+    Rates, ReturnedForce, RotationalSpringDamper, Scene, Session, Shape, ShapeKind, Soft, SoftMeshKind,
     SoftMeshSource, SoftModel, Space, SpringDamper, StiffnessFrom, SurfaceHold, User, VelocityEstimate, Wall,
     WallPlane, WallSides, Way,
 };
@@ -145,6 +145,10 @@ fn soft() -> Soft {
         fixed: Vec::new(),
         nodes: None,
     }
+}
+
+pub(crate) fn fixed_region() -> FixedRegion {
+    FixedRegion { from_m: DVec3::ZERO, to_m: DVec3::ZERO }
 }
 
 pub(crate) fn way() -> Way {

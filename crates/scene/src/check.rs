@@ -8,12 +8,17 @@ use crate::blank;
 use crate::consistency::{self, Conflict};
 use crate::error::{Place, Problem, SceneError};
 use crate::keys::parts::{
-    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, FIXED, IMPAIRMENT, PLANE, SCRIPT,
+    USER, WAY,
 };
-use crate::keys::scene::{BODY_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::scene::{BODY_LIST, FIXED_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 use crate::keys::{Fallback, Key};
 use crate::mesh::{TriangleMesh, Triangles};
-use crate::scene::{Action, Body, Finger, Scene, Shape, ShapeKind, User, WallPlane, Way};
+use crate::scene::{
+    Action, Body, Finger, FixedRegion, Scene, Shape, ShapeKind, Soft, SoftMeshKind, SoftModel, User,
+    WallPlane, Way,
+};
+use crate::soft_mesh::SoftMesh;
 use crate::tree::{self, Content, Node, Table};
 use crate::unknown;
 use crate::value::Value;
@@ -82,16 +87,20 @@ impl Reader {
         scene.link.ways = self.list(scope, WAY_LIST.0, Self::way);
         scene.bodies = self.list(scope, BODY_LIST.0, Self::body);
         scene.wall.planes = self.list(scope, PLANE_LIST.0, Self::plane);
-        scene.session.users = scene.users.len().clamp(2, 16) as u8;
+        scene.soft.fixed = self.list(scope, FIXED_LIST.0, Self::fixed_region);
+        let least = if wants_soft_object(&scope.rest) { 1 } else { 2 };
+        scene.session.users = scene.users.len().clamp(least, 16) as u8;
         self.fill(IMPAIRMENT, scope, LINK_IMPAIRMENT, &mut scene.link.impairment);
         self.fill(SCENE, scope, "", &mut scene);
         self.surface(scope, "object.", &mut scene.object.shape);
+        self.soft_file(scope, &mut scene.soft);
         self.refuse_unknown(scope, &unknown::scene_keys());
 
         self.report(scope, consistency::of_users(&scene));
         self.settle_users(scope, &mut scene);
         self.report(scope, consistency::of_numbers(&scene));
         self.report(scope, consistency::of_names(&scene));
+        self.soft_mesh(scope, &mut scene);
         scene
     }
 
@@ -146,6 +155,41 @@ impl Reader {
         Some(plane)
     }
 
+    fn fixed_region(&mut self, scope: &mut Scope, _: usize) -> Option<FixedRegion> {
+        let mut region = blank::fixed_region();
+        self.fill(FIXED, scope, "", &mut region);
+        self.refuse_unknown(scope, &unknown::fixed_keys());
+        Some(region)
+    }
+
+    /// The path of a soft object's mesh file becomes absolute.
+    fn soft_file(&mut self, scope: &Scope, soft: &mut Soft) {
+        let mesh = &mut soft.mesh;
+        if mesh.generator != SoftMeshKind::File || mesh.file.is_empty() || soft.model == SoftModel::None {
+            return;
+        }
+        if let Some(path) = self.file_of(scope, "soft.mesh.file", &mesh.file) {
+            make_absolute(&path, &mut mesh.file);
+        }
+    }
+
+    /// Makes or reads the mesh of the soft object, if the keys about it are in order.
+    fn soft_mesh(&mut self, scope: &Scope, scene: &mut Scene) {
+        let is_of_soft = |error: &SceneError| match &error.problem {
+            Problem::NotAllowed { key, .. }
+            | Problem::Missing { key, .. }
+            | Problem::UnknownKey { key, .. } => key.starts_with("soft."),
+            Problem::Syntax(_) | Problem::Unreadable(_) => false,
+        };
+        if !scene.soft.exists() || self.errors.iter().any(is_of_soft) {
+            return;
+        }
+        match SoftMesh::of(&scene.soft) {
+            Ok(mesh) => scene.soft.nodes = Some(Arc::new(mesh)),
+            Err(error) => self.report(scope, vec![consistency::of_soft_mesh(&scene.soft, &error)]),
+        }
+    }
+
     /// Reads the mesh file of a hull or mesh; its path becomes absolute, so that the scene can be read again elsewhere.
     fn surface(&mut self, scope: &Scope, prefix: &str, shape: &mut Shape) {
         let key = format!("{prefix}mesh");
@@ -153,18 +197,8 @@ impl Reader {
         if !has_file || self.wrong.contains(&key) {
             return;
         }
+        let Some(path) = self.file_of(scope, &key, &shape.mesh) else { return };
         let place = self.places.get(&key).unwrap_or(&scope.place).clone();
-        let path = match (&place, &self.base) {
-            (Place::File { .. }, Some(base)) => base.join(&shape.mesh),
-            (Place::File { .. }, None) if Path::new(&shape.mesh).is_relative() => {
-                let allowed = "an absolute path, because this scene is not in a file".to_owned();
-                let found = format!("\"{}\"", tree::shorten(&shape.mesh));
-                self.wrong.push(key.clone());
-                self.add(place, Problem::NotAllowed { key, found, allowed });
-                return;
-            }
-            _ => PathBuf::from(&shape.mesh),
-        };
         let body = if shape.kind == ShapeKind::Hull { TriangleMesh::hull } else { TriangleMesh::closed };
         match Triangles::read(&path, shape.mesh_scale).and_then(|triangles| body(&triangles)) {
             Ok(surface) => shape.surface = Some(Arc::new(surface)),
@@ -174,9 +208,22 @@ impl Reader {
                 self.add(place, Problem::NotAllowed { key, found, allowed: error.allowed() });
             }
         }
-        let absolute = std::path::absolute(&path).ok();
-        if let Some(text) = absolute.as_deref().and_then(Path::to_str) {
-            text.clone_into(&mut shape.mesh);
+        make_absolute(&path, &mut shape.mesh);
+    }
+
+    /// The path of the file that `key` names: from the scene's folder, or from the current one where an override names it.
+    fn file_of(&mut self, scope: &Scope, key: &str, name: &str) -> Option<PathBuf> {
+        let place = self.places.get(key).unwrap_or(&scope.place).clone();
+        match (&place, &self.base) {
+            (Place::File { .. }, Some(base)) => Some(base.join(name)),
+            (Place::File { .. }, None) if Path::new(name).is_relative() => {
+                let allowed = "an absolute path, because this scene is not in a file".to_owned();
+                let found = format!("\"{}\"", tree::shorten(name));
+                self.wrong.push(key.to_owned());
+                self.add(place, Problem::NotAllowed { key: key.to_owned(), found, allowed });
+                None
+            }
+            _ => Some(PathBuf::from(name)),
         }
     }
 
@@ -300,6 +347,19 @@ impl Reader {
 
     fn add(&mut self, place: Place, problem: Problem) {
         self.errors.push(SceneError { place, problem });
+    }
+}
+
+/// Whether the scene writes a soft object; what else it may have depends on it before its keys are read.
+fn wants_soft_object(tree: &Table) -> bool {
+    let model = tree::find(tree, "soft.model").map(|node| &node.content);
+    matches!(model, Some(Content::Text(word)) if word != "none")
+}
+
+fn make_absolute(path: &Path, name: &mut String) {
+    let absolute = std::path::absolute(path).ok();
+    if let Some(text) = absolute.as_deref().and_then(Path::to_str) {
+        text.clone_into(name);
     }
 }
 

@@ -7,6 +7,9 @@ use crate::time::Schedule;
 use crate::value::plain;
 
 mod bodies;
+mod soft;
+
+pub(crate) use soft::of_soft_mesh;
 
 /// Keys whose values do not go together.
 pub(crate) struct Conflict {
@@ -33,6 +36,7 @@ pub(crate) fn of_numbers(scene: &Scene) -> Vec<Conflict> {
     found.extend(of_loss("link.impairment", &scene.link.impairment));
     of_ways(scene, &mut found);
     bodies::of_bodies(scene, &mut found);
+    soft::of_soft(scene, &mut found);
     found
 }
 

@@ -48,6 +48,11 @@ pub(crate) enum Kind {
     Vector {
         max: f64,
     },
+    /// Three whole numbers: along x, y and z.
+    Counts {
+        min: u32,
+        max: u32,
+    },
 }
 
 /// The value of a key that is not written.
@@ -117,6 +122,9 @@ impl<T> Key<T> {
         match &self.fallback {
             Fallback::Required => "must be written".to_owned(),
             Fallback::Is("") => "empty".to_owned(),
+            Fallback::Is(count) if matches!(self.kind, Kind::Counts { .. }) => {
+                format!("[{count}, {count}, {count}]")
+            }
             Fallback::Is(text) => (*text).to_owned(),
             Fallback::ByArchitecture { distributed, centralized, .. } => {
                 format!("{distributed} distributed, {centralized} centralized")
@@ -148,7 +156,7 @@ impl Kind {
             }
             (Self::Choice(_) | Self::Text { .. }, Content::Text(text)) => Value::Text(text.clone()),
             (Self::Flag, Content::Flag(flag)) => Value::Flag(*flag),
-            (Self::Vector { .. }, Content::List(items)) => {
+            (Self::Vector { .. } | Self::Counts { .. }, Content::List(items)) => {
                 let numbers: Option<Vec<f64>> = items.iter().map(|item| number(&item.content)).collect();
                 Value::Vector(<[f64; 3]>::try_from(numbers?).ok()?.into())
             }
@@ -183,6 +191,7 @@ impl Kind {
             Self::Choice(_) | Self::Text { .. } => Value::Text(word.to_owned()),
             Self::Flag => Value::Flag(word.parse().ok()?),
             Self::Vector { .. } => Value::Vector(glam::DVec3::X * word.parse::<f64>().ok()?),
+            Self::Counts { .. } => Value::Vector(glam::DVec3::splat(word.parse().ok()?)),
         })
     }
 
@@ -202,6 +211,10 @@ impl Kind {
             (Self::Flag, Value::Flag(_)) => true,
             (Self::Vector { max }, Value::Vector(vector)) => {
                 vector.to_array().iter().all(|component| component.abs() <= *max)
+            }
+            (Self::Counts { min, max }, Value::Vector(vector)) => {
+                let ends = f64::from(*min)..=f64::from(*max);
+                vector.to_array().iter().all(|count| count.fract() == 0.0 && ends.contains(count))
             }
             _ => false,
         };
@@ -226,6 +239,7 @@ impl Kind {
                 let max = plain(*max);
                 format!("3 numbers, or one along x, from -{max} to {max}")
             }
+            Self::Counts { min, max } => format!("3 whole numbers from {min} to {max}"),
         }
     }
 }

@@ -159,6 +159,19 @@ impl TriangleMesh {
         Self::centred(vertices, triangles)
     }
 
+    /// The vertices, m, and triangles of closed `triangles` where they are, not moved to their centre.
+    ///
+    /// # Errors
+    /// As [`TriangleMesh::closed`].
+    pub(crate) fn closed_in_place(triangles: &Triangles) -> Result<(Vec<DVec3>, Vec<[u32; 3]>), MeshError> {
+        triangles.check()?;
+        let (vertices, kept) = topology::weld(triangles)?;
+        topology::check_edges(&vertices, &kept)?;
+        let triangles: Vec<[u32; 3]> = kept.into_iter().map(|(_, corners)| corners).collect();
+        Self::centred(vertices.clone(), triangles.clone())?;
+        Ok((vertices, triangles))
+    }
+
     /// The convex hull of the corners of `triangles`, which need not be closed.
     ///
     /// # Errors
@@ -233,7 +246,7 @@ fn corners(vertices: &[DVec3], triangle: [u32; 3]) -> [DVec3; 3] {
 }
 
 /// The lowest and the highest corner of the box around `vertices`.
-fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
+pub(crate) fn bounds(vertices: &[DVec3]) -> (DVec3, DVec3) {
     let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
     vertices.iter().fold(start, |(low, high), &vertex| (low.min(vertex), high.max(vertex)))
 }

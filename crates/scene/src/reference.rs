@@ -4,9 +4,11 @@ use std::fmt::Write as _;
 
 use crate::keys::Key;
 use crate::keys::parts::{
-    ACTIONS, BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+    ACTIONS, BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, FIXED, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
 };
-use crate::keys::scene::{BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::scene::{
+    BODY_LIST, FIXED_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, SOFT_MESH, USER_LIST, WAY_LIST,
+};
 
 /// A scene key, as documentation and completion need it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -38,6 +40,8 @@ pub fn markdown() -> String {
     section(&mut text, "`link.include`", INCLUDE.1, &[]);
     section(&mut text, &format!("`[[{}]]`", BODY_LIST.0), BODY_LIST.1, &infos(BODY, ""));
     section(&mut text, &format!("`[[{}]]`", PLANE_LIST.0), PLANE_LIST.1, &infos(PLANE, ""));
+    section(&mut text, &format!("`{}`", SOFT_MESH.0), SOFT_MESH.1, &[]);
+    section(&mut text, &format!("`[[{}]]`", FIXED_LIST.0), FIXED_LIST.1, &infos(FIXED, ""));
     let way = [infos(WAY, ""), infos(IMPAIRMENT, "")].concat();
     section(&mut text, &format!("`[[{}]]`", WAY_LIST.0), WAY_LIST.1, &way);
     section(&mut text, &format!("`[[{}]]`", USER_LIST.0), USER_LIST.1, &infos(USER, ""));

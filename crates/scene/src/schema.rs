@@ -3,10 +3,12 @@
 use serde_json::{Map, Value as Json, json};
 
 use crate::keys::parts::{
-    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+    ACTIONS, ActionKind, BODY, DO, FINGER, FINGER_LIST, FINGER_SCRIPT, FIXED, IMPAIRMENT, PLANE, SCRIPT,
+    USER, WAY,
 };
 use crate::keys::scene::{
-    BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, TABLES, USER_LIST, WAY_LIST,
+    BODY_LIST, FIXED_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, SOFT_MESH, TABLES, USER_LIST,
+    WAY_LIST,
 };
 use crate::keys::{Fallback, Key, Kind};
 
@@ -26,6 +28,9 @@ pub fn json_schema() -> Json {
     let mut plane = object(PLANE_LIST.1);
     add_keys(&mut plane, PLANE, "");
     add(&mut root, PLANE_LIST.0, list(plane, PLANE_LIST.1));
+    let mut region = object(FIXED_LIST.1);
+    add_keys(&mut region, FIXED, "");
+    add(&mut root, FIXED_LIST.0, list(region, FIXED_LIST.1));
     let mut way = object(WAY_LIST.1);
     add_keys(&mut way, WAY, "");
     add_keys(&mut way, IMPAIRMENT, "");
@@ -42,7 +47,17 @@ pub fn json_schema() -> Json {
     add(&mut user, FINGER_LIST.0, list(finger, FINGER_LIST.1));
     add(&mut root, USER_LIST.0, list(user, USER_LIST.1));
     describe_tables(&mut root);
+    admit_mesh_file(&mut root);
     root
+}
+
+/// `soft.mesh` may also be the path of a file.
+fn admit_mesh_file(root: &mut Json) {
+    let pointer: String = SOFT_MESH.0.split('.').map(|name| format!("/properties/{name}")).collect();
+    if let Some(table) = root.pointer_mut(&pointer) {
+        let path = json!({ "type": "string", "description": SOFT_MESH.1 });
+        *table = json!({ "anyOf": [table.take(), path] });
+    }
 }
 
 fn object(description: &str) -> Json {
@@ -118,6 +133,10 @@ fn of_kind(kind: &Kind) -> Map<String, Json> {
             let number = json!({ "type": "number", "minimum": -max, "maximum": max });
             json!({ "anyOf": [number, { "type": "array", "items": number, "minItems": 3, "maxItems": 3 }] })
         }
+        Kind::Counts { min, max } => {
+            let count = json!({ "type": "integer", "minimum": min, "maximum": max });
+            json!({ "type": "array", "items": count, "minItems": 3, "maxItems": 3 })
+        }
     };
     schema.as_object().cloned().unwrap_or_default()
 }
@@ -126,6 +145,7 @@ fn of_kind(kind: &Kind) -> Map<String, Json> {
 fn default(kind: &Kind, text: &str) -> Json {
     match kind {
         Kind::Choice(_) | Kind::Text { .. } => json!(text),
+        Kind::Counts { .. } => json!(text.parse::<u32>().map_or_else(|_| vec![], |count| vec![count; 3])),
         _ => serde_json::from_str(text).unwrap_or_else(|_| json!(text)),
     }
 }

@@ -116,7 +116,9 @@ fn read_scene(
     whole: Place,
 ) -> Result<Scene, Vec<SceneError>> {
     let mut tree = tree::parse(text, label)?;
+    expand_mesh(&mut tree);
     let mut errors: Vec<SceneError> = overrides.iter().filter_map(|set| set.apply(&mut tree).err()).collect();
+    expand_mesh(&mut tree);
     if let Err(found) = include_link(&mut tree, base) {
         errors.extend(found);
     }
@@ -124,6 +126,17 @@ fn read_scene(
         Ok(scene) if errors.is_empty() => Ok(scene),
         Ok(_) => Err(errors),
         Err(found) => Err([errors, found].concat()),
+    }
+}
+
+/// A text in place of `[soft.mesh]` is the path of a file.
+fn expand_mesh(tree: &mut Table) {
+    let Some(Node { content: Content::Table(soft), .. }) = tree.get_mut("soft") else { return };
+    if let Some(mesh) = soft.get_mut("mesh")
+        && let Content::Text(_) = mesh.content
+    {
+        let file = mesh.clone();
+        mesh.content = Content::Table(Table::from([("file".to_owned(), file)]));
     }
 }
 

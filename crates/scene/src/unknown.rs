@@ -2,8 +2,12 @@
 
 use crate::error::{Problem, SceneError};
 use crate::keys::Key;
-use crate::keys::parts::{BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, IMPAIRMENT, PLANE, SCRIPT, USER, WAY};
-use crate::keys::scene::{BODY_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
+use crate::keys::parts::{
+    BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, FIXED, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
+};
+use crate::keys::scene::{
+    BODY_LIST, FIXED_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST,
+};
 use crate::tree::{Content, Table, shorten};
 
 /// The names of `keys`.
@@ -15,7 +19,8 @@ pub(crate) fn names<T>(keys: &[Key<T>]) -> Vec<String> {
 pub(crate) fn scene_keys() -> Vec<String> {
     let mut known = names(SCENE);
     known.extend(IMPAIRMENT.iter().map(|key| format!("{LINK_IMPAIRMENT}{}", key.name)));
-    known.extend([BODY_LIST.0, PLANE_LIST.0, USER_LIST.0, WAY_LIST.0, INCLUDE.0].map(str::to_owned));
+    let lists = [BODY_LIST.0, PLANE_LIST.0, FIXED_LIST.0, USER_LIST.0, WAY_LIST.0, INCLUDE.0];
+    known.extend(lists.map(str::to_owned));
     known
 }
 
@@ -41,6 +46,11 @@ pub(crate) fn body_keys() -> Vec<String> {
 /// All that a `[[wall.plane]]` may have.
 pub(crate) fn plane_keys() -> Vec<String> {
     names(PLANE)
+}
+
+/// All that a `[[soft.fixed]]` may have.
+pub(crate) fn fixed_keys() -> Vec<String> {
+    names(FIXED)
 }
 
 /// All that a `[[link.way]]` may have.

@@ -6,8 +6,8 @@ use glam::DVec3;
 
 use crate::names::HostIndex;
 use crate::scene::{
-    Architecture, Coordination, DeviceKind, Integrator, PlayOut, ShapeKind, Space, VelocityEstimate,
-    WallSides,
+    Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, ShapeKind,
+    SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
 };
 use crate::time::Rate;
 
@@ -98,6 +98,18 @@ field!(String, Text);
 field!(bool, Flag);
 field!(DVec3, Vector);
 
+/// Whole numbers along x, y and z.
+impl Field for [u32; 3] {
+    fn value(&self) -> Value {
+        Value::Vector(DVec3::from(self.map(f64::from)))
+    }
+    fn assign(&mut self, value: Value) {
+        if let Value::Vector(vector) = value {
+            *self = vector.to_array().map(|component| component as u32);
+        }
+    }
+}
+
 /// Files and overrides count hosts from 1.
 impl Field for HostIndex {
     fn value(&self) -> Value {
@@ -149,3 +161,22 @@ choice!(ShapeKind {
     "hull" => Hull,
     "mesh" => Mesh
 });
+choice!(SoftModel {
+    "none" => None,
+    "mass-spring" => MassSpring,
+    "corotational" => Corotational,
+    "balloon" => Balloon
+});
+choice!(SoftMeshKind {
+    "file" => File,
+    "beam" => Beam,
+    "block" => Block,
+    "ball" => Ball,
+    "balloon" => Balloon,
+    "organ" => Organ,
+    "spring" => Spring
+});
+choice!(LocalModelKind { "hold" => Hold, "p" => P, "pi" => Pi, "compliance" => Compliance });
+choice!(StiffnessFrom { "body" => Body, "estimate" => Estimate });
+choice!(ReturnedForce { "first" => First, "mean" => Mean, "last" => Last });
+choice!(SurfaceHold { "zero" => Zero, "first" => First });

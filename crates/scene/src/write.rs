@@ -2,13 +2,17 @@
 
 use std::fmt::Write as _;
 
+use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::blank;
 use crate::keys::Key;
-use crate::keys::parts::{BODY, DO, FINGER, FINGER_LIST, IMPAIRMENT, PLANE, SCRIPT, USER, WAY, kind_of};
-use crate::keys::scene::{BODY_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
-use crate::scene::{Action, Impairment, Scene, Shape, User};
+use crate::keys::parts::{
+    BODY, DO, FINGER, FINGER_LIST, FIXED, IMPAIRMENT, PLANE, SCRIPT, USER, WAY, kind_of,
+};
+use crate::keys::scene::{BODY_LIST, FIXED_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
+use crate::scene::{Action, Impairment, Scene, Shape, SoftMeshKind, User};
+use crate::soft_mesh::SoftMesh;
 use crate::value::Value;
 
 /// The scene as TOML, every key written, except those that just follow from others. Reading it back gives an equal
@@ -44,13 +48,17 @@ pub fn link_file(impairment: &Impairment, measured: &[(&str, f64)]) -> String {
 #[must_use]
 pub fn scene_hash(scene: &Scene) -> u64 {
     let mut document = Document::default();
-    for key in SCENE.iter().filter(|key| !matches!(key.name, "name" | "description" | "object.mesh")) {
+    let not_shared = ["name", "description", "object.mesh", "soft.mesh.file"];
+    for key in SCENE.iter().filter(|key| !not_shared.contains(&key.name)) {
         document.line(key.name, &(key.access.get)(scene));
     }
     document.lines(IMPAIRMENT, &scene.link.impairment, false);
     document.lists(scene, false);
     for shape in scene.bodies.iter().map(|body| &body.shape).chain([&scene.object.shape]) {
         document.surface(shape);
+    }
+    if let (SoftMeshKind::File, Some(mesh)) = (scene.soft.mesh.generator, &scene.soft.nodes) {
+        document.soft_mesh(mesh);
     }
     xxh3_64(document.text.as_bytes())
 }
@@ -111,6 +119,10 @@ impl Document {
             self.list_element(PLANE_LIST.0);
             self.lines(PLANE, plane, for_reading);
         }
+        for region in &scene.soft.fixed {
+            self.list_element(FIXED_LIST.0);
+            self.lines(FIXED, region, for_reading);
+        }
         for user in &scene.users {
             self.user(user, for_reading);
         }
@@ -135,11 +147,19 @@ impl Document {
     /// What is in a shape's mesh file, for the hash.
     fn surface(&mut self, shape: &Shape) {
         let Some(surface) = &shape.surface else { return };
-        let vertices =
-            surface.vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
-        let triangles = surface.triangles.iter().flatten().copied().flat_map(u32::to_le_bytes);
-        let bytes: Vec<u8> = vertices.chain(triangles).collect();
-        self.push(format_args!("mesh {:016x}\n", xxh3_64(&bytes)));
+        self.mesh("mesh", &surface.vertices, surface.triangles.iter().flatten());
+    }
+
+    /// What is in a soft object's mesh file, for the hash.
+    fn soft_mesh(&mut self, mesh: &SoftMesh) {
+        let corners = mesh.tetrahedra.iter().flatten().chain(mesh.triangles.iter().flatten());
+        self.mesh("soft mesh", &mesh.nodes_m, corners);
+    }
+
+    fn mesh<'a>(&mut self, name: &str, vertices: &[DVec3], corners: impl Iterator<Item = &'a u32>) {
+        let vertices = vertices.iter().flat_map(|vertex| vertex.to_array()).flat_map(f64::to_le_bytes);
+        let bytes: Vec<u8> = vertices.chain(corners.copied().flat_map(u32::to_le_bytes)).collect();
+        self.push(format_args!("{name} {:016x}\n", xxh3_64(&bytes)));
     }
 
     fn script(&mut self, script: &[Action]) {

@@ -10,13 +10,17 @@
 //! joint compliance    W = J·K⁻¹·Jᵀ, K at rest, J the weights of the material points
 //! ```
 
+mod balloon;
 pub mod body;
 pub mod corotational;
+mod enclosed;
 pub mod factor;
 mod implicit;
+mod inversion;
 pub mod linear;
 mod locate;
 mod mass_spring;
+mod membrane;
 mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};

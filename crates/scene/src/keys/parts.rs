@@ -4,7 +4,7 @@ use glam::DVec3;
 
 use super::Fallback::{Derived, Is, Kept, Required};
 use super::{Access, Fallback, Key, Kind, at, shape};
-use crate::scene::{Action, Body, Finger, Impairment, User, WallPlane, Way};
+use crate::scene::{Action, Body, Finger, FixedRegion, Impairment, User, WallPlane, Way};
 use crate::value::{Field as _, Value};
 
 const SHARE: Kind = Kind::Number { min: 0.0, max: 1.0 };
@@ -61,6 +61,13 @@ pub(crate) static PLANE: &[Key<WallPlane>] = &[
     Key::new("name", NAME, PLANE_NAME, "", "The wall's name, unique among bodies and walls.", at!(name)),
     Key::new("point_m", Kind::Vector { max: 10.0 }, Required, "m", "A point of the plane.", at!(point_m)),
     Key::new("normal", Kind::Vector { max: 1e3 }, Required, "", "Where the wall pushes to: across the plane, of any length but 0.", at!(normal)),
+];
+
+/// `[[soft.fixed]]`.
+#[rustfmt::skip]
+pub(crate) static FIXED: &[Key<FixedRegion>] = &[
+    Key::new("from_m", Kind::Vector { max: 100.0 }, Required, "m", "Its least corner.", at!(from_m)),
+    Key::new("to_m", Kind::Vector { max: 100.0 }, Required, "m", "Its largest corner.", at!(to_m)),
 ];
 
 const USER_NAME: Fallback<User> = Kept { says: "userN" };

@@ -4,7 +4,8 @@ use super::Fallback::{ByArchitecture, Derived, Is, Kept};
 use super::shape;
 use super::{Fallback, Key, Kind, at};
 use crate::scene::{
-    Architecture, Coordination, DeviceKind, Integrator, PlayOut, Scene, Space, VelocityEstimate, WallSides,
+    Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, Scene,
+    SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
 };
 use crate::value::{Choice, Value};
 
@@ -39,8 +40,15 @@ const SLEW: Fallback<Scene> = Derived {
     says: "governor.max_force_n times rates.control_hz",
     of: |scene| Value::Number(scene.governor.max_force_n * scene.rates.control_hz.hz()),
 };
-const USERS: Fallback<Scene> = Kept { says: "the number of [[user]] tables, at least 2" };
+const USERS: Fallback<Scene> =
+    Kept { says: "the number of [[user]] tables, at least 2, or 1 with a soft object" };
 const NAME: Fallback<Scene> = Kept { says: "the file's name without its ending" };
+
+/// The paper's model has the result of the first force at the end of the period; that of all forces comes one later.
+const RESULT_DELAY: Fallback<Scene> = Derived {
+    says: "0 where local_model.returned_force is \"first\", else 1",
+    of: |scene| Value::Count((scene.local_model.returned_force != ReturnedForce::First).into()),
+};
 
 const STIFFNESS: Kind = number(0.0, 1e6);
 const DAMPING: Kind = number(0.0, 1e4);
@@ -59,7 +67,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("gravity_m_per_s2", Kind::Vector { max: 100.0 }, Is("0"), "m/s²", "Acceleration of every body that is not fixed; hands do not feel it.", at!(gravity_m_per_s2)),
 
     Key::new("session.architecture", Kind::Choice(Architecture::WORDS), Is("distributed"), "", "Who computes the world: host 1 for all (centralized), or every host its own copy (distributed).", at!(session.architecture)),
-    Key::new("session.users", Kind::Count { min: 2, max: 16 }, USERS, "", "How many people take part, each on a host of their own.", at!(session.users)),
+    Key::new("session.users", Kind::Count { min: 1, max: 16 }, USERS, "", "How many people take part, each on a host of their own; 1 only where there is a soft object.", at!(session.users)),
     Key::new("session.coordination", Kind::Choice(Coordination::WORDS), Is("pairwise"), "", "What a copy of the object is coupled to: every other copy, or the average of all; without effect when centralized.", at!(session.coordination)),
     Key::new("session.integrator", Kind::Choice(Integrator::WORDS), Is("exact-hold"), "", "How objects are stepped; hands are always exact.", at!(session.integrator)),
     Key::new("session.seed", Kind::Count { min: 0, max: i64::MAX as u64 }, Is("1"), "", "Seed of everything random: the same scene and seed give the same bytes.", at!(session.seed)),
@@ -140,6 +148,43 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("governor.release_s", FADE, Is("0.1"), "s", "Time in which forces fade out on a stop, a lost link or a fault; 0 is at once.", at!(governor.release_s)),
     Key::new("governor.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "Damping that the governor adds at the device.", at!(governor.damping_n_s_per_m)),
     Key::new("governor.passivity_control", Kind::Flag, Is("false"), "", "Whether the governor brakes a finger that got more energy from the session than it put in.", at!(governor.passivity_control)),
+
+    Key::new("soft.model", Kind::Choice(SoftModel::WORDS), Is("none"), "", "The soft object: none, springs along the edges of tetrahedra, corotational linear tetrahedra, or a closed elastic skin around a fluid. It is the only body: no [[body]], no object.shape and no wall beside it.", at!(soft.model)),
+    Key::new("soft.young_pa", number(1.0, 1e9), Is("20000"), "Pa", "Young's modulus; of a balloon: of its skin.", at!(soft.young_pa)),
+    Key::new("soft.poisson_ratio", number(0.0, 0.49), Is("0.3"), "", "Poisson's ratio; a mass-spring network has 1/4 whatever is written, and takes 0.2 to 0.3.", at!(soft.poisson_ratio)),
+    Key::new("soft.density_kg_per_m3", number(1.0, 1e5), Is("1000"), "kg/m³", "Density; of a balloon: of the fluid inside.", at!(soft.density_kg_per_m3)),
+    Key::new("soft.mass_damping_per_s", number(0.0, 1e4), Is("0"), "1/s", "Rayleigh damping: this times the mass.", at!(soft.mass_damping_per_s)),
+    Key::new("soft.stiffness_damping_s", number(0.0, 10.0), Is("0.01"), "s", "Rayleigh damping: this times the stiffness.", at!(soft.stiffness_damping_s)),
+    Key::new("soft.newton_steps", Kind::Count { min: 1, max: 20 }, Is("1"), "", "Newton steps of a period of the simulation.", at!(soft.newton_steps)),
+    Key::new("soft.quasi_static", Kind::Flag, Is("false"), "", "Whether every period ends in the equilibrium of its forces, without inertia and damping.", at!(soft.quasi_static)),
+    Key::new("soft.skin_thickness_m", number(1e-6, 0.1), Is("0.001"), "m", "Thickness of a balloon's skin.", at!(soft.skin_thickness_m)),
+    Key::new("soft.skin_stretch", number(1.001, 3.0), Is("1.1"), "", "How much longer, in every direction, a balloon's skin is than it was cut: its tension.", at!(soft.skin_stretch)),
+
+    Key::new("soft.mesh.generator", Kind::Choice(SoftMeshKind::WORDS), Is("file"), "", "Where the mesh comes from: a file; cubes cut into six tetrahedra each (beam or block); a ball; a sphere's skin (balloon); a bean-shaped blob (organ); or a triangle across x that is tied to where it rests (spring).", at!(soft.mesh.generator)),
+    Key::new("soft.mesh.file", Kind::Text { min: 0, max: 4096 }, Is(""), "", "Gmsh .msh, VTK .vtk or .vtu with tetrahedra; or a closed surface .stl, .obj, .gltf or .glb, which is filled with tetrahedra (not for a balloon, of which it is the skin). From the scene's folder.", at!(soft.mesh.file)),
+    Key::new("soft.mesh.scale", number(1e-6, 1e6), Is("1"), "", "Metres in one unit of the file.", at!(soft.mesh.scale)),
+    Key::new("soft.mesh.size_m", Kind::Vector { max: 10.0 }, Is("0"), "m", "Edges of a beam or block along x, y and z; half axes of an organ.", at!(soft.mesh.size_m)),
+    Key::new("soft.mesh.cells", Kind::Counts { min: 1, max: 1000 }, Is("1"), "", "Cubes of a beam or block along x, y and z.", at!(soft.mesh.cells)),
+    Key::new("soft.mesh.radius_m", number(0.0, 5.0), Is("0"), "m", "Of a ball or a balloon.", at!(soft.mesh.radius_m)),
+    Key::new("soft.mesh.edge_m", number(0.0, 5.0), Is("0"), "m", "About how long edges are, of a ball, a balloon, an organ and a surface that is filled; 0: an eighth of the largest extent.", at!(soft.mesh.edge_m)),
+    Key::new("soft.mesh.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "K_o of the generator spring.", at!(soft.mesh.stiffness_n_per_m)),
+    Key::new("soft.mesh.origin_m", Kind::Vector { max: 10.0 }, Is("0"), "m", "Where the least corner of a beam or block is, the middle of anything else that is generated, or the origin of a file.", at!(soft.mesh.origin_m)),
+
+    Key::new("local_model.kind", Kind::Choice(LocalModelKind::WORDS), Is("p"), "", "Between a hand and the soft object: a force that is computed once a period of the simulation and held; a spring (p); a spring and an integral (pi); or a spring to a surface that gives way by the joint compliance of all contacts.", at!(local_model.kind)),
+    Key::new("local_model.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "K_h; 0: local_model.stiffness_ratio times K_o, which is 1 over the largest eigenvalue of the joint compliance of all contacts.", at!(local_model.stiffness_n_per_m)),
+    Key::new("local_model.stiffness_ratio", number(0.0, 10.0), Is("0.5"), "", "K_h in units of K_o.", at!(local_model.stiffness_ratio)),
+    Key::new("local_model.integral_n_per_m", STIFFNESS, Is("0"), "N/m", "INT of pi, what the integral gains in a period of the simulation; 0: local_model.integral_ratio times K_o.", at!(local_model.integral_n_per_m)),
+    Key::new("local_model.integral_ratio", number(0.0, 10.0), Is("0.2"), "", "INT in units of K_o.", at!(local_model.integral_ratio)),
+    Key::new("local_model.stiffness_from", Kind::Choice(StiffnessFrom::WORDS), Is("body"), "", "Who says what K_o is: the simulation, or an estimate from forces and how the surface gives way.", at!(local_model.stiffness_from)),
+    Key::new("local_model.returned_force", Kind::Choice(ReturnedForce::WORDS), Is("mean"), "", "Which force of a period goes to the simulation: that of its first tick, the mean of all, or that of its last.", at!(local_model.returned_force)),
+    Key::new("local_model.hold", Kind::Choice(SurfaceHold::WORDS), Is("zero"), "", "How the surface moves between two results of the simulation: it jumps, or it moves linearly and comes one period late.", at!(local_model.hold)),
+    Key::new("local_model.result_delay_periods", Kind::Count { min: 0, max: 8 }, RESULT_DELAY, "periods of the simulation", "From the end of the period whose forces are simulated to the use of the result; in real time a late result is used when it is there.", at!(local_model.result_delay_periods)),
+    Key::new("local_model.exit_threshold_m", number(0.0, 0.1), Is("0.0005"), "m", "Theta_1 of (11): the penetration that the integral of pi tolerates while the hand comes out.", at!(local_model.exit_threshold_m)),
+    Key::new("local_model.entry_threshold_m", number(0.0, 0.1), Is("0.0002"), "m", "Theta_2 of (11): the same while the hand goes in.", at!(local_model.entry_threshold_m)),
+    Key::new("local_model.threshold_force_n", number(0.0, 1e3), Is("0"), "N", "I_tot of (11): the integral's force at which theta_2 is fully there, growing linearly before; 0: always.", at!(local_model.threshold_force_n)),
+    Key::new("local_model.drain_periods", number(0.01, 1e3), Is("2"), "periods of the simulation", "In how many the integral's force goes linearly to 0 when the hand leaves.", at!(local_model.drain_periods)),
+    Key::new("local_model.sides", Kind::Choice(WallSides::WORDS), Is("one"), "", "One: the surface pushes and never pulls; two: every finger holds the nearest point of the surface for good, which is linear.", at!(local_model.sides)),
+    Key::new("local_model.friction", FRICTION, as_in!("contact.static_friction", contact.static_friction), "", "The force along the surface is at most this times the force across it; a finger that pulls harder slides.", at!(local_model.friction)),
 ];
 
 /// What the tables of a scene are about.
@@ -176,6 +221,9 @@ pub(crate) static TABLES: &[(&str, &str)] = &[
         "What all walls are made of: planes that bodies meet; without stiffness and damping there is none.",
     ),
     ("governor", "Limits on every force that reaches a device."),
+    ("soft", "The soft object, in a scene that has one; it then has no other body."),
+    ("soft.mesh", "The mesh of the soft object: which generator makes it, or which file it is in."),
+    ("local_model", "What is between a hand and the slowly simulated soft object, at the haptic rate."),
 ];
 
 /// The list of bodies: [`super::parts::BODY`].
@@ -187,6 +235,16 @@ pub(crate) const BODY_LIST: (&str, &str) = (
 pub(crate) const PLANE_LIST: (&str, &str) = (
     "wall.plane",
     "A wall that bodies do not pass, made as [wall] says; where there is none, there is one wall across the x axis at wall.position_m.",
+);
+/// The list of regions in which a soft object is fixed: [`super::parts::FIXED`].
+pub(crate) const FIXED_LIST: (&str, &str) = (
+    "soft.fixed",
+    "A box; nodes of the soft object that rest in it do not move. At least one node must be held, and one must not.",
+);
+/// The table of a soft object's mesh, which may also be the path of a file.
+pub(crate) const SOFT_MESH: (&str, &str) = (
+    "soft.mesh",
+    "A text in place of this table is the path of a file: short for { generator = \"file\", file = \"PATH\" }.",
 );
 /// The list of users: [`super::parts::USER`].
 pub(crate) const USER_LIST: (&str, &str) = (

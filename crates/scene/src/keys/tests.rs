@@ -1,6 +1,6 @@
 //! Every key of every table, one by one.
 
-use super::parts::{ACTIONS, BODY, FINGER, IMPAIRMENT, PLANE, USER, WAY};
+use super::parts::{ACTIONS, BODY, FINGER, FIXED, IMPAIRMENT, PLANE, USER, WAY};
 use super::scene::SCENE;
 use super::*;
 use crate::blank;
@@ -43,6 +43,15 @@ fn check_ends<T>(key: &Key<T>) {
                 vec![beyond.clone(), format!("[0, 0, -{beyond}]"), "[1, 2]".into(), "[1, 2, nan]".into()],
             )
         }
+        Kind::Counts { min, max } => {
+            let (less, more) = (i64::from(min) - 1, u64::from(max) + 1);
+            let outside =
+                [format!("[{min}, {less}, {max}]"), format!("[{min}, {min}, {more}]"), "[1, 2]".into()];
+            (
+                vec![format!("[{min}, {max}, {min}]")],
+                [&outside[..], &["[1, 1, 1.5]".into(), min.to_string()]].concat(),
+            )
+        }
     };
     for text in &inside {
         assert!(read(&key.kind, text).is_some(), "{name} = {text}");
@@ -57,7 +66,7 @@ fn check_ends<T>(key: &Key<T>) {
 fn check_key<T: Clone>(key: &Key<T>, blank: &T) {
     let name = key.name;
     assert!(key.doc.ends_with('.') && key.doc.len() > 3, "{name}: {}", key.doc);
-    let has_unit = ["_s", "_s2", "_m", "_kg", "_hz", "_n", "_rad", "_periods", "_packets"]
+    let has_unit = ["_s", "_s2", "_m", "_m3", "_kg", "_hz", "_n", "_pa", "_rad", "_periods", "_packets"]
         .iter()
         .any(|end| name.ends_with(end));
     assert_eq!(has_unit, !key.unit.is_empty(), "{name}");
@@ -83,6 +92,9 @@ fn samples(kind: &Kind) -> Vec<Value> {
         Kind::Text { .. } => vec![Value::Text("any".to_owned())],
         Kind::Flag => vec![Value::Flag(true), Value::Flag(false)],
         Kind::Vector { max } => vec![Value::Vector(glam::DVec3::new(max, 1.0, -1.0))],
+        Kind::Counts { min, max } => {
+            vec![Value::Vector(glam::DVec3::new(min.into(), max.into(), min.into()))]
+        }
     }
 }
 
@@ -92,6 +104,7 @@ fn every_key_is_what_it_says() {
     IMPAIRMENT.iter().for_each(|key| check_key(key, &crate::scene::Impairment::NONE));
     WAY.iter().for_each(|key| check_key(key, &blank::way()));
     BODY.iter().for_each(|key| check_key(key, &blank::body(1)));
+    FIXED.iter().for_each(|key| check_key(key, &blank::fixed_region()));
     PLANE.iter().for_each(|key| check_key(key, &blank::wall_plane(1)));
     FINGER.iter().for_each(|key| check_key(key, &blank::finger()));
     USER.iter().for_each(|key| check_key(key, &blank::user(1)));

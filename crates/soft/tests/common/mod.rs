@@ -1,6 +1,6 @@
 //! Small scenes with soft bodies, and a step's matrix by its linearisation and by central differences.
 
-#![allow(dead_code)] // every test file uses another part
+#![allow(dead_code, unreachable_pub)] // every test file uses another part
 
 use std::sync::Arc;
 
