@@ -1,7 +1,8 @@
-//! Tetrahedra that are pushed flat, or through themselves, push back.
+//! Tetrahedra that are pressed together, or pushed through themselves, push back.
 //!
-//! Springs along edges do not feel which side of a tetrahedron is which. So one that has less than a tenth of its volume `V₀`
-//! left (or a negative one) resists with `E·w·V₀/2·(1/10 − V/V₀)²`; all others do not feel this.
+//! Springs along edges do not feel which side of a tetrahedron is which, and a network folds into other shapes at rest when its
+//! tetrahedra lose their volume. So one that has less than half of its volume `V₀` left (or a negative one) resists with the
+//! energy `E·w·V₀/2·(1/2 − V/V₀)²`; all others do not feel this, and the network about rest does not.
 
 use cotouch_scene::soft_mesh::SoftMesh;
 use glam::{DMat3, DVec3};
@@ -12,9 +13,9 @@ use crate::implicit::add_pair;
 use crate::mesh;
 
 /// The part of its volume below which a tetrahedron pushes back.
-const THRESHOLD: f64 = 0.1;
-/// w: strong enough to push a regular tetrahedron back through itself against its springs, with some to spare.
-const STRENGTH: f64 = 4.0;
+const THRESHOLD: f64 = 0.5;
+/// w: a block that was pulled at one corner until many tetrahedra were inverted stays folded with 1, and unfolds with 4.
+const STRENGTH: f64 = 10.0;
 
 /// All tetrahedra of a mesh.
 #[derive(Clone, Debug)]
@@ -29,7 +30,7 @@ struct Flat {
     nodes: [u32; 4],
     corners: [DVec3; 4],
     volume_m3: f64,
-    /// 1/10 − V/V₀, more than 0.
+    /// 1/2 − V/V₀, more than 0.
     missing: f64,
 }
 

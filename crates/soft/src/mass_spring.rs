@@ -4,8 +4,11 @@
 //! tetrahedra the `(2√2/25)·l·E` of Lloyd, Székely & Harders (2007), which comes closest to linear tetrahedra of Young's
 //! modulus `E`. Springs that act along the line between two points can only stand for a material of Poisson's ratio 1/4.
 //!
-//! Against inversion see `inversion`. A network has the directions of its edges: cubes that are cut into six tetrahedra are
-//! stiffer along the axes (a uniaxial strain ε gives a von Mises stress of 1.31·E·ε, against the material's 0.8·E·ε).
+//! Tetrahedra that are pressed together or pushed through themselves push back (`inversion`).
+//!
+//! A network has the directions of its edges: cubes that are cut into six tetrahedra are
+//! stiffer along the axes (a uniaxial strain ε gives a von Mises stress of 1.31·E·ε, against the material's 0.8·E·ε);
+//! a bar of such cubes that is pulled along x has 0.95 of the material's Young's modulus.
 
 use cotouch_scene::scene::Scene;
 use cotouch_scene::soft_mesh::SoftMesh;

@@ -7,15 +7,15 @@ use cotouch_soft::Corotational;
 use glam::DVec3;
 
 /// Edges of every beam, m.
-pub const SIZE_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
+pub(crate) const SIZE_M: DVec3 = DVec3::new(0.4, 0.1, 0.1);
 
 /// Of the simulation, s.
 const PERIOD_S: f64 = 1.0 / 60.0;
 
 /// The beam, clamped at x = 0, under its own weight.
-pub fn body(mesh: &SoftMesh) -> Corotational {
+pub(crate) fn body(mesh: &SoftMesh) -> Corotational {
     let mut soft = any_soft_object();
-    soft.young_pa = 2e5;
+    soft.young_pa = 1e6;
     soft.poisson_ratio = 0.3;
     soft.density_kg_per_m3 = 1000.0;
     soft.mass_damping_per_s = 1.0;
@@ -31,7 +31,7 @@ fn any_soft_object() -> Soft {
 }
 
 /// Cells, each cut into the six tetrahedra around its (0,0,0)–(1,1,1) diagonal.
-pub fn beam([nx, ny, nz]: [usize; 3]) -> SoftMesh {
+pub(crate) fn beam([nx, ny, nz]: [usize; 3]) -> SoftMesh {
     let index = |x: usize, y: usize, z: usize| ((x * (ny + 1) + y) * (nz + 1) + z) as u32;
     let grid = |x: usize, y: usize, z: usize| {
         DVec3::new(x as f64, y as f64, z as f64) * SIZE_M / DVec3::new(nx as f64, ny as f64, nz as f64)
