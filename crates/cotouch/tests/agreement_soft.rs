@@ -155,7 +155,13 @@ impl Probe {
     }
 
     /// The body after its last step, and the frame that shows it.
-    fn visit_body(&self, session: &mut Session, host: HostIndex, index: usize, act: &mut dyn FnMut(&mut f64)) {
+    fn visit_body(
+        &self,
+        session: &mut Session,
+        host: HostIndex,
+        index: usize,
+        act: &mut dyn FnMut(&mut f64),
+    ) {
         let soft = session.host_mut(host).station.soft_mut().unwrap();
         let body = soft.simulation_mut().unwrap().body_mut();
         let mut state = body.state().clone();
@@ -180,7 +186,8 @@ impl Probe {
     /// How far an anchor is from rest in a frame; written, all others stay where they are.
     fn visit_surface(&self, frame: &mut SlowFrame, slot: usize, axis: usize, act: &mut dyn FnMut(&mut f64)) {
         let anchor = self.anchors[slot];
-        let rest = anchor.at(self.session.hosts()[0].station.soft().unwrap().simulation().unwrap().body().rest_m());
+        let rest =
+            anchor.at(self.session.hosts()[0].station.soft().unwrap().simulation().unwrap().body().rest_m());
         let before = anchor.at(&frame.positions_m)[axis] - rest[axis];
         let mut moved = before;
         act(&mut moved);

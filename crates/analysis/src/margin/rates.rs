@@ -1,7 +1,7 @@
 //! How slow the network and the haptic loop may become.
 
 use cotouch_scene::Scene;
-use cotouch_scene::time::Rate;
+use cotouch_scene::time::{Rate, Schedule};
 
 use super::{RateMargin, is_stable};
 use crate::sweep::SweepError;
@@ -22,7 +22,9 @@ pub(super) fn margins(scene: &Scene, notes: &mut Vec<String>) -> Result<Vec<Rate
     let slower_control = (1..=(ticks - 1) / steps).rev().map(|n| {
         let mut slower = scene.clone();
         slower.rates.control_hz = Rate::new(network.numerator() * n, network.denominator()).ok()?;
-        Some(slower)
+        // The slow simulation is never faster than the haptic loop.
+        let fits = Schedule::new(slower.rates.control_hz, slower.rates.simulation_hz).is_ok();
+        (fits || !slower.soft.exists()).then_some(slower)
     });
     let control_hz = lowest(slower_control, |scene| scene.rates.control_hz.hz())?;
     let mut margin = |key: &str, found: Lowest, present: Rate| {

@@ -33,7 +33,9 @@ pub fn ratios(scene: &Scene) -> [f64; 2] {
     let slow = SlowPeriods::of(scene);
     match scene.local_model.kind {
         LocalModelKind::Pi => slow.best_pi(),
-        LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Compliance => [slow.half_of_largest(), 0.0],
+        LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Compliance => {
+            [slow.half_of_largest(), 0.0]
+        }
     }
 }
 

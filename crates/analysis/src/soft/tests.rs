@@ -148,7 +148,8 @@ fn compliance_ends_in_one_period_where_the_hand_is_still() {
     for (returned, _) in RETURNED {
         let kind = LocalModelKind::Compliance;
         let of = one_finger(still(), kind, [500.0, 0.0], (returned, SurfaceHold::Zero));
-        assert!(radius(&of) < 1e-7, "{}", radius(&of));
+        // A nilpotent map; its zeros are told to the root of rounding.
+        assert!(radius(&of) < 1e-4, "{}", radius(&of));
     }
 }
 
