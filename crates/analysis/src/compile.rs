@@ -12,7 +12,8 @@ use glam::{DMat3, DVec3};
 use crate::loop_spec::LoopSpec;
 use crate::operating_point::OperatingPoint;
 
-pub(crate) use modes::modes;
+pub(crate) use modes::{modes, sets_of_fingers};
+pub(crate) use session::delay;
 
 /// The loop of a scene while a given set of switching contacts is closed.
 #[derive(Clone, Debug, PartialEq)]

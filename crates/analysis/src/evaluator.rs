@@ -12,6 +12,7 @@ use cotouch_scene::Scene;
 use cotouch_scene::access::with_override;
 
 use crate::compile::compile;
+use crate::soft;
 use crate::stability::judge;
 use crate::sweep::SweepError;
 use template::Template;
@@ -22,6 +23,7 @@ pub struct Evaluator {
     scene: Scene,
     keys: Vec<String>,
     template: Option<Template>,
+    bodies: soft::Bodies,
 }
 
 /// The verdict at one point.
@@ -62,7 +64,12 @@ impl Evaluator {
             }
         }
         let template = Template::new(scene, keys);
-        Ok(Self { scene: scene.clone(), keys: keys.iter().map(|&key| key.to_owned()).collect(), template })
+        Ok(Self {
+            scene: scene.clone(),
+            keys: keys.iter().map(|&key| key.to_owned()).collect(),
+            template,
+            bodies: soft::Bodies::default(),
+        })
     }
 
     /// The verdict with `values`, one for each key.
@@ -84,6 +91,9 @@ impl Evaluator {
         let mut scene = self.scene.clone();
         for (key, &value) in self.keys.iter().zip(values) {
             scene = with_override(&scene, key, value)?;
+        }
+        if scene.soft.exists() {
+            return Ok(soft::point_verdict(&scene, &self.bodies)?);
         }
         let mut worst = PointVerdict::NONE;
         for mode in compile(&scene) {

@@ -3,9 +3,10 @@
 use cotouch_scene::{Scene, with_override};
 
 use crate::compile::compile;
+use crate::soft::{self, Bodies};
 
 /// Springs and dampers, by key.
-const KEYS: [&str; 23] = [
+const KEYS: [&str; 28] = [
     "coupling.hand_object.stiffness_n_per_m",
     "coupling.hand_object.damping_n_s_per_m",
     "coupling.remote_hand_object.stiffness_n_per_m",
@@ -29,6 +30,11 @@ const KEYS: [&str; 23] = [
     "contact.body_body.stiffness_n_per_m",
     "contact.body_body.damping_n_s_per_m",
     "governor.damping_n_s_per_m",
+    "local_model.stiffness_n_per_m",
+    "local_model.stiffness_ratio",
+    "local_model.integral_n_per_m",
+    "local_model.integral_ratio",
+    "soft.young_pa",
 ];
 
 /// A key and its value in a scene.
@@ -40,12 +46,21 @@ pub(crate) struct Gain {
 
 /// The gains that are not 0 and on which the loops of some contact mode depend.
 pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
-    let loops = compile(scene);
+    let bodies = Bodies::default();
+    if scene.soft.exists() {
+        let loops = |scene: &Scene| soft::modes(scene, &bodies).ok();
+        return gains_that_change(scene, loops);
+    }
+    gains_that_change(scene, compile)
+}
+
+fn gains_that_change<Loops: PartialEq>(scene: &Scene, loops: impl Fn(&Scene) -> Loops) -> Vec<Gain> {
+    let present = loops(scene);
     let acts = |gain: &Gain| {
         // A little either way, whichever is allowed.
         let changed =
             [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
-        changed.is_some_and(|changed| compile(&changed) != loops)
+        changed.is_some_and(|changed| loops(&changed) != present)
     };
     KEYS.iter()
         .filter_map(|&key| Some(Gain { key, value: scene.number(key)? }))

@@ -26,7 +26,8 @@
 //! samplers, holds, delays of any rational length. Every loop lowers to one, and three routes that share no more than the
 //! description lift it: instant by instant, by the direct state-space method (4.12)–(4.30), and by subsystem resampling
 //! (4.1)–(4.11). Local models on slowly simulated objects are in [`local_model`] (the paper, §2–3); with a hand that is free
-//! to move they are a diagram.
+//! to move they are a diagram. Whole sessions around a soft body, hands, network and slow simulation together, are in
+//! [`soft`].
 //!
 //! # Example
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
@@ -67,6 +68,7 @@ pub mod map;
 pub mod margin;
 pub mod operating_point;
 mod rigid;
+pub mod soft;
 pub mod stability;
 pub mod sweep;
 mod symmetry;

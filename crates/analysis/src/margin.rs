@@ -10,7 +10,7 @@ mod rates;
 use cotouch_scene::Scene;
 use serde::Serialize;
 
-use crate::stability::{AnalysisError, Stability, analyze};
+use crate::stability::{Stability, analyze};
 use crate::sweep::SweepError;
 
 /// Serialises to the document of `cotouch analyze margin`.
@@ -99,6 +99,9 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
                 .to_owned(),
         );
     }
+    if margins.delay_periods.is_some() && scene.soft.exists() && scene.schedule().steps_per_pattern() == 1 {
+        margins.notes.push("Delays were tried in whole periods only.".to_owned());
+    }
     go_on(progress(0.7))?;
     margins.rates = rates::margins(scene, &mut margins.notes)?;
     go_on(progress(0.8))?;
@@ -138,7 +141,7 @@ fn which_is_unstable(verdict: &Stability) -> String {
 fn is_stable(scene: &Scene) -> Result<Option<bool>, SweepError> {
     match analyze(scene) {
         Ok(verdict) => Ok(Some(verdict.stable)),
-        Err(AnalysisError::TooLarge { .. }) => Ok(None),
+        Err(error) if error.is_too_large() => Ok(None),
         Err(error) => Err(error.into()),
     }
 }

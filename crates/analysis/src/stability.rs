@@ -13,6 +13,7 @@ use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
 use crate::loop_spec::LoopSpec;
 use crate::rigid::Structure;
+use crate::soft::{self, SoftAnalysisError};
 use crate::symmetry::{Share, split};
 use crate::warnings::warnings;
 
@@ -31,7 +32,7 @@ pub struct Stability {
     /// The real eigenvalue nearest 1 that remains, of the same mode: how held data damp the drift of the whole
     /// (above 1: drive it). `None` where a stiffness grounds the loop or momentum is conserved.
     pub drag_pole: Option<f64>,
-    /// Numbers in the state of the running session's loop, in the same mode.
+    /// Numbers in the state of the running session's loop, in the same mode; of a soft body, those to which it was reduced.
     pub states: usize,
     /// Duration of one pattern of ticks and network steps.
     pub period_s: f64,
@@ -113,6 +114,16 @@ pub enum AnalysisError {
     /// No eigenvalues.
     #[error(transparent)]
     Eigenvalues(#[from] EigenvalueError),
+    /// Of a session with a soft body.
+    #[error(transparent)]
+    Soft(#[from] SoftAnalysisError),
+}
+
+impl AnalysisError {
+    /// Whether there is too much to compute.
+    pub(crate) const fn is_too_large(&self) -> bool {
+        matches!(self, Self::TooLarge { .. } | Self::Soft(SoftAnalysisError::TooLarge { .. }))
+    }
 }
 
 /// States squared times ticks of a pattern: some seconds of work.
@@ -123,6 +134,9 @@ const MOST_WORK: f64 = 1e9;
 /// # Errors
 /// When a loop is too large, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
+    if scene.soft.exists() {
+        return soft::analyze(scene, &soft::Bodies::default());
+    }
     let (modes, notes) = modes(scene);
     let verdicts = modes.iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);

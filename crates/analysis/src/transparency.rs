@@ -61,6 +61,11 @@ pub enum TransparencyError {
     /// The loop cannot be analysed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
+    /// What these numbers describe is a rigid object.
+    #[error(
+        "admittance, added damping and equivalent stiffness are those of a rigid object; this scene has a soft one (soft.model)"
+    )]
+    Soft,
     /// Not a frequency.
     #[error("frequencies must be positive and finite, in rad/s; found {0}")]
     Frequency(f64),
@@ -208,8 +213,11 @@ pub struct UserStiffness {
 /// instant of each pattern.
 ///
 /// # Errors
-/// When a frequency is not positive, or the loop is too large.
+/// When a frequency is not positive, the loop is too large, or the object is soft.
 pub fn admittance(scene: &Scene, frequencies_rad_s: &[f64]) -> Result<Admittance, TransparencyError> {
+    if scene.soft.exists() {
+        return Err(TransparencyError::Soft);
+    }
     if let Some(&found) = frequencies_rad_s.iter().find(|value| !(value.is_finite() && **value > 0.0)) {
         return Err(TransparencyError::Frequency(found));
     }
@@ -304,8 +312,11 @@ fn ideal_stiffness(line: &Scene) -> f64 {
 /// What held data add to the damping that `user` feels, and what the thesis's compensation does about it.
 ///
 /// # Errors
-/// When there is no such user, or the loop is too large.
+/// When there is no such user, the loop is too large, or the object is soft.
 pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, TransparencyError> {
+    if scene.soft.exists() {
+        return Err(TransparencyError::Soft);
+    }
     let users = scene.session.users;
     if user.index() >= usize::from(users) {
         return Err(TransparencyError::User { found: u32::from(user.0) + 1, users });
@@ -408,8 +419,11 @@ fn spec(line: &Scene) -> LoopSpec {
 /// Of every user, the others absent, the object against the wall if there is one.
 ///
 /// # Errors
-/// When the scene cannot be analysed.
+/// When the scene cannot be analysed, or its object is soft.
 pub fn equivalent_stiffness(scene: &Scene) -> Result<EquivalentStiffness, TransparencyError> {
+    if scene.soft.exists() {
+        return Err(TransparencyError::Soft);
+    }
     let line = OneLine::at_wall(scene);
     let spec = line.spec();
     crate::check::check(&spec)?;

@@ -108,7 +108,7 @@ fn slips(scene: &Scene) -> Option<String> {
 }
 
 /// What of devices is not linear.
-fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
+pub(crate) fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
     let device = &scene.device;
     if device.kind == DeviceKind::Point {
         return;
@@ -121,7 +121,7 @@ fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
     }
 }
 
-fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
+pub(crate) fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
     let used = || impairments(scene);
     let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
     let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));

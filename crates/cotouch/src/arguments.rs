@@ -11,6 +11,7 @@ use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Grid, Sweep};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
+use glam::DVec3;
 
 use crate::failure::Failure;
 use crate::output::Output;
@@ -100,6 +101,8 @@ pub(crate) enum Command {
     },
     /// Local models on a slow elastic object.
     LocalModel(LocalModel),
+    /// Soft objects at rest.
+    Soft(Soft),
     /// The seeds' figures and tables.
     Reproduce {
         /// Which; all where none is named.
@@ -130,6 +133,32 @@ pub(crate) enum LocalModel {
     Step(LocalModelStep),
     /// Gains for an object.
     Choose(LocalModelChoose),
+    /// All of them on one scene.
+    Compare {
+        /// The scene.
+        scene: String,
+        /// Of every closed loop, s.
+        duration_s: f64,
+    },
+}
+
+/// What to say of a soft object.
+#[derive(Debug)]
+pub(crate) enum Soft {
+    /// How it gives way.
+    Compliance {
+        /// The scene.
+        scene: String,
+        /// m.
+        at: Vec<DVec3>,
+    },
+    /// How it sags.
+    Deflect {
+        /// The scene.
+        scene: String,
+        /// m.
+        at: Vec<DVec3>,
+    },
 }
 
 /// A PI local model on an elastic object, and who holds it.
@@ -336,6 +365,9 @@ mod tests {
             "local-model choose --ko 1000 --ko-error 1",
             "local-model choose --ko 1000 --contacts 2 --correlation 1.5",
             "local-model compare",
+            "soft compliance soft-block",
+            "soft compliance soft-block --at 1,2",
+            "soft deflect soft-block --at 1,2,nan",
             "export x",
         ] {
             assert!(read(words).is_err(), "{words}");

@@ -11,11 +11,12 @@ mod report;
 mod reproduce;
 mod run;
 mod scene;
+mod soft;
 mod transparency;
 
 use std::net::{SocketAddr, ToSocketAddrs as _};
 
-use crate::arguments::{Command, Invocation};
+use crate::arguments::{Command, Invocation, LocalModel};
 use crate::failure::{Failure, Verdict};
 
 /// Does what was asked for.
@@ -41,7 +42,8 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
             transparency::admittance(scene, frequencies, overrides, output)
         }
         Command::Stiffness { scene } => transparency::stiffness(scene, overrides, output),
-        Command::LocalModel(what) => local_model::local_model(what, output),
+        Command::LocalModel(what) => local_model::local_model(what, overrides, output),
+        Command::Soft(what) => soft::soft(what, overrides, output),
         Command::Reproduce { ids } => reproduce::reproduce(ids, output),
         Command::SceneList => scene::list(output),
         Command::SceneShow { scene } => scene::show(scene, overrides, output),
@@ -51,7 +53,9 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
 }
 
 fn takes_overrides(command: &Command) -> bool {
-    use Command::{Admittance, Damping, Margin, Run, SceneCheck, SceneShow, Serve, Stability, Stiffness};
+    use Command::{
+        Admittance, Damping, Margin, Run, SceneCheck, SceneShow, Serve, Soft, Stability, Stiffness,
+    };
     matches!(
         command,
         Run(_)
@@ -63,6 +67,8 @@ fn takes_overrides(command: &Command) -> bool {
             | Stiffness { .. }
             | SceneShow { .. }
             | SceneCheck { .. }
+            | Soft(_)
+            | Command::LocalModel(LocalModel::Compare { .. })
     )
 }
 

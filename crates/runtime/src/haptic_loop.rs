@@ -303,19 +303,23 @@ fn fingers(station: &Station<Box<dyn Device>>) -> ArrayVec<FingerSnapshot, MAX_F
     record.readings.iter().zip(&record.commanded).enumerate().map(finger).collect()
 }
 
-/// Where a finger would be if it could not get into the body that it touches, m: the contact's anchor; of a soft body, out
-/// of it along the force by as much as the finger is inside.
+/// Where a finger would be if it could not get into what it touches, m: at a body, the contact's anchor.
 fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
-    let (model, state, record) = (&station.model, &station.state.host, station.last_record());
-    let contact = record.contact_of(model.host, finger)?;
-    if contact.surface == ContactSurface::Soft {
-        let out = contact.force.try_normalize()?;
-        return Some(record.readings.get(finger)?.pose.position + out * contact.depth_m);
+    let (model, state) = (&station.model, &station.state.host);
+    let record = station.last_record();
+    let touched = record.contact_of(model.host, finger)?;
+    match touched.surface {
+        ContactSurface::Body(body) => {
+            let body = usize::from(body);
+            let contact = model.finger_contact(state, model.host, finger, body)?;
+            Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
+        }
+        ContactSurface::Soft => {
+            let out = touched.force.try_normalize()?;
+            Some(record.readings.get(finger)?.pose.position + out * touched.depth_m)
+        }
+        ContactSurface::Wall(_) => None,
     }
-    let ContactSurface::Body(body) = contact.surface else { return None };
-    let body = usize::from(body);
-    let contact = model.finger_contact(state, model.host, finger, body)?;
-    Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
 }
 
 impl HapticHost {

@@ -42,7 +42,7 @@ mod recording_thread;
 pub mod replay;
 pub mod session_handle;
 pub mod slow;
-mod slow_thread;
+pub mod slow_thread;
 pub mod snapshot;
 pub mod station;
 pub mod summary;

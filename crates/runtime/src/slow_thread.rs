@@ -21,11 +21,10 @@ const LOOK_PERIOD: Duration = Duration::from_micros(500);
 const RESULTS: usize = 16;
 
 /// Starts the simulation's thread for `host`; it ends when the port is dropped.
-pub(crate) fn start(
-    scene: &Scene,
-    host: HostIndex,
-    simulation: SlowLoop,
-) -> io::Result<(SlowPort, JoinHandle<()>)> {
+///
+/// # Errors
+/// When no thread can be had.
+pub fn start(scene: &Scene, host: HostIndex, simulation: SlowLoop) -> io::Result<(SlowPort, JoinHandle<()>)> {
     // One period waits while another is simulated: more would only make results older.
     let (ask, asked) = rtrb::RingBuffer::new(1);
     let (answer, answers) = rtrb::RingBuffer::new(RESULTS);

@@ -16,10 +16,11 @@ use cotouch_runtime::monitor;
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::Transport;
+use cotouch_runtime::{slow, slow_thread};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};
-use counting::allocations;
+use counting::{allocations, freed};
 
 #[test]
 fn recording_does_not_allocate() {
@@ -78,6 +79,37 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
     }
     assert_everything_happened(&items, stations.len(), stations[0].model.has_surfaces());
     assert!(stations.iter().all(Station::is_released));
+}
+
+#[test]
+fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
+    let settings = ["soft.mesh.cells=[4, 2, 2]", "governor.passivity_control=true"];
+    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
+    let scene = load("soft-block", &overrides).unwrap();
+    let simulation = slow::simulation_of(&scene).unwrap().unwrap();
+    let (stations, mut consumers) = recorded_stations(&scene);
+    let with_soft = |station: Station<SimulatedUser>| {
+        let (port, thread) = slow_thread::start(&scene, station.model.host, simulation.clone()).unwrap();
+        (station.with_soft(port), thread)
+    };
+    let (mut stations, threads): (Vec<_>, Vec<_>) = stations.into_iter().map(with_soft).unzip();
+    set_all_present(&mut stations, true);
+    let mut items = Vec::new();
+    for tick in 0..3 * 1024 {
+        let mut allocated = 0;
+        let gone = freed(|| allocated = allocations(|| instant(&mut stations, tick)));
+        assert!(tick < 100 || (allocated, gone) == (0, 0), "{allocated} and {gone} at tick {tick}");
+        consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));
+        // The simulation is to be done with most periods.
+        std::thread::sleep(std::time::Duration::from_micros(200));
+    }
+    let surfaces = items.iter().filter(|item| matches!(item.kind, RecordKind::Surface(_))).count();
+    assert!(surfaces > 0, "no frame came into use");
+    let touches =
+        |item: &&RecordItem| matches!(&item.kind, RecordKind::Tick(tick) if !tick.contacts.is_empty());
+    assert!(items.iter().any(|item| touches(&item)), "nothing was touched");
+    drop(stations);
+    threads.into_iter().for_each(|thread| thread.join().unwrap());
 }
 
 fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedUser>>, Vec<RecordConsumer>) {

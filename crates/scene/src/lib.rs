@@ -28,6 +28,8 @@
 //! Bodies have shapes ([`scene::Shape`]) with mass and inertia ([`MassProperties`]); hulls and meshes come from STL, OBJ and
 //! glTF files, which are checked when the scene is read ([`mesh`]).
 //!
+//! A scene with a soft object ([`scene::Soft`], [`scene::LocalModel`]) has its mesh ([`soft_mesh`]): generated, or from a file.
+//!
 //! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
 //! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`].
 

@@ -89,6 +89,9 @@ impl Scene {
     }
 
     /// Which tick begins which period of the slow simulation.
+    ///
+    /// # Panics
+    /// When there is no soft object, and the rates do not go together: only with one they are checked.
     #[must_use]
     pub fn slow_schedule(&self) -> Schedule {
         Schedule::new(self.rates.control_hz, self.rates.simulation_hz)
@@ -126,7 +129,7 @@ impl Scene {
 pub struct Session {
     /// Who computes the world.
     pub architecture: Architecture,
-    /// 2 to 16.
+    /// 2 to 16; 1 with a soft object.
     pub users: u8,
     /// How copies of the object are kept together (distributed).
     pub coordination: Coordination,

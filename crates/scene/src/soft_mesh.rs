@@ -3,13 +3,16 @@
 //! What is used is always checked: no tetrahedron is inverted or flat, the surface is closed and every edge of it is in two
 //! triangles, and every piece of the mesh is held by at least three nodes that are not on a line.
 
+use std::path::Path;
+
 use glam::DVec3;
 
 use crate::mesh::generators::icosphere;
-use crate::mesh::{TriangleMesh, Triangles};
+use crate::mesh::{TriangleMesh, Triangles, bounds};
 use crate::scene::{FixedRegion, Soft, SoftMeshKind, SoftMeshSource, SoftModel};
 
 mod error;
+pub mod files;
 mod fill;
 pub mod generators;
 mod held;
@@ -60,7 +63,7 @@ impl SoftMesh {
                 let edge_m = edge_m(source, 2.0 * source.size_m.max_element());
                 solids::organ(source.size_m, edge_m, source.origin_m)?
             }
-            SoftMeshKind::File => return Err(SoftMeshError::Empty),
+            SoftMeshKind::File => of_file(soft)?,
         };
         let mesh = if soft.model == SoftModel::Balloon { mesh.skin() } else { mesh };
         mesh.check_held(&soft.fixed)?;
@@ -155,4 +158,30 @@ fn balloon(source: &SoftMeshSource) -> Result<SoftMesh, SoftMeshError> {
     let mut sphere = icosphere(source.radius_m, halvings as u32);
     sphere.vertices.iter_mut().for_each(|vertex| *vertex += source.origin_m);
     SoftMesh::of_skin(&sphere)
+}
+
+/// Tetrahedra, or a surface that is filled with them or is a balloon's skin.
+fn of_file(soft: &Soft) -> Result<SoftMesh, SoftMeshError> {
+    let SoftMeshSource { file, scale, origin_m, .. } = &soft.mesh;
+    let path = Path::new(file);
+    let surface = if crate::mesh::files::Format::of(path).is_some() {
+        let mut triangles = Triangles::read(path, *scale)?;
+        triangles.vertices.iter_mut().for_each(|vertex| *vertex += *origin_m);
+        triangles
+    } else {
+        let cells = files::Cells::read(path, *scale, *origin_m)?;
+        if !cells.tetrahedra.is_empty() {
+            return SoftMesh::of_tetrahedra(cells.nodes_m, cells.tetrahedra);
+        }
+        if cells.triangles.is_empty() {
+            return Err(SoftMeshError::Empty);
+        }
+        cells.into_surface()
+    };
+    if soft.model == SoftModel::Balloon {
+        return SoftMesh::of_skin(&surface);
+    }
+    surface.check()?;
+    let (low, high) = bounds(&surface.vertices);
+    solids::filled(&surface, edge_m(&soft.mesh, (high - low).max_element()))
 }

@@ -201,24 +201,44 @@ fn mean_edge(mesh: &SoftMesh) -> f64 {
 }
 
 #[test]
-fn a_ball_is_filled_with_good_tetrahedra() {
+fn balls_and_organs_are_filled_with_good_tetrahedra() {
     let mesh = solids::ball(0.05, 0.0125, DVec3::Y).unwrap();
-    let (least, mean) = shapes(&mesh);
-    println!("{} tetrahedra, {least} {mean} edge {}", mesh.tetrahedra.len(), mean_edge(&mesh));
-    let (whole, within) = volumes(&mesh);
-    assert!((whole / within - 1.0).abs() < 1e-9);
     let sphere = 4.0 / 3.0 * std::f64::consts::PI * 0.05f64.powi(3);
-    println!("volume {}", mesh.volume_m3() / sphere);
+    // The surface is of chords: a little is missing.
+    assert!((0.97..1.0).contains(&(mesh.volume_m3() / sphere)));
     let on_surface = |&node: &u32| (mesh.nodes_m[node as usize].distance(DVec3::Y) - 0.05).abs() < 1e-9;
     assert!(mesh.triangles.iter().flatten().all(on_surface));
-    assert_eq!(euler(&mesh), 2);
-    let organ = solids::organ(DVec3::new(0.12, 0.06, 0.05), 0.03, DVec3::ZERO).unwrap();
-    println!(
-        "organ {} {} {:?} edge {} euler {}",
-        organ.tetrahedra.len(),
-        organ.nodes_m.len(),
-        shapes(&organ),
-        mean_edge(&organ),
-        euler(&organ)
-    );
+
+    let half_axes = DVec3::new(0.12, 0.06, 0.05);
+    for (name, mesh, edge_m) in [
+        ("ball", mesh, 0.0125),
+        ("coarse ball", solids::ball(1.0, 0.9, DVec3::ZERO).unwrap(), 0.9),
+        ("organ", solids::organ(half_axes, 0.03, DVec3::ZERO).unwrap(), 0.03),
+        ("fine organ", solids::organ(half_axes, 0.01, DVec3::NEG_ONE).unwrap(), 0.01),
+    ] {
+        let (whole, within) = volumes(&mesh);
+        assert!((whole / within - 1.0).abs() < 1e-9, "{name}");
+        assert_eq!(euler(&mesh), 2, "{name}");
+        assert!((mean_edge(&mesh) / edge_m - 1.0).abs() < 0.15, "{name}: {}", mean_edge(&mesh));
+        let (least, mean) = shapes(&mesh);
+        assert!(least > 0.05 && mean > 0.5, "{name}: {least}, {mean}");
+    }
+}
+
+#[test]
+fn generators_are_known_by_their_names() {
+    for (mesh, model, tetrahedra) in [
+        ("{ generator = \"ball\", radius_m = 0.05 }", "corotational", true),
+        ("{ generator = \"ball\", radius_m = 0.05 }", "balloon", false),
+        ("{ generator = \"organ\", size_m = [0.12, 0.06, 0.05] }", "mass-spring", true),
+    ] {
+        let scene = read(&soft(mesh, model, LOWER_HALF));
+        let mesh = scene.soft.mesh();
+        assert_eq!((!mesh.tetrahedra.is_empty(), euler(mesh)), (tetrahedra, 2));
+        // The surface's nodes are all that a skin has.
+        assert_eq!(tetrahedra, mesh.nodes_m.len() > mesh.triangles.len() / 2 + 2);
+    }
+    let ball = soft("{ generator = \"ball\", radius_m = 1 }", "corotational", LOWER_HALF);
+    let told = told(&ball, &["soft.mesh.edge_m=0.01"]);
+    assert!(told.contains("it must be a mesh of at most 200000"), "{told}");
 }

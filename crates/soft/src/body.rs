@@ -5,6 +5,7 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
+use crate::balloon::balloon;
 use crate::corotational::Corotational;
 use crate::linear::LinearBody;
 use crate::mass_spring::mass_spring;
@@ -155,7 +156,7 @@ pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
     match scene.soft.model {
         SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
         SoftModel::MassSpring => Ok(Box::new(mass_spring(scene)?)),
+        SoftModel::Balloon => Ok(Box::new(balloon(scene)?)),
         SoftModel::Corotational => Ok(Box::new(Corotational::of_scene(scene)?)),
-        SoftModel::Balloon => todo!(),
     }
 }

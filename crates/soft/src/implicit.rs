@@ -15,12 +15,15 @@ use std::sync::Arc;
 
 use cotouch_scene::scene::Scene;
 use glam::{DMat3, DVec3};
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState};
+use crate::enclosed::Enclosed;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
 use crate::linear::LinearBody;
 
+/// A shape whose volume is further than this from what it should be, relative, was not the result of a step.
+const MOST_VOLUME_ERROR: f64 = 1e-3;
 /// Newton steps after which a static equilibrium counts as not found.
 const MOST_SETTLING_STEPS: usize = 300;
 /// Newton steps of a period that is to end in equilibrium.
@@ -52,8 +55,11 @@ pub(crate) trait Elastic: Clone + Send + Sync + 'static {
 }
 
 /// What a body of this kind is made of.
+#[derive(Clone)]
 pub(crate) struct Parts<E> {
     pub(crate) elastic: E,
+    /// The volume that it keeps, if it does.
+    pub(crate) enclosed: Option<Enclosed>,
     pub(crate) rest_m: Vec<DVec3>,
     pub(crate) triangles: Vec<[u32; 3]>,
     pub(crate) mass_kg: Vec<f64>,
@@ -76,7 +82,33 @@ struct Constants<E> {
     quasi_static: bool,
     gravity_m_per_s2: DVec3,
     rest_energy_j: f64,
-    at_rest: Option<Factor>,
+    at_rest: Option<RestCompliance>,
+}
+
+/// What answers how compliant the body is about rest.
+struct RestCompliance {
+    factor: Factor,
+    /// Of a body that keeps its volume: the volume's gradient, and what the factor makes of it.
+    volume: Option<VolumeGradient>,
+}
+
+/// A volume's gradient `g` over the free coordinates.
+struct VolumeGradient {
+    gradient: Vec<f64>,
+    /// `A⁻¹·g`, with A the matrix that is solved with.
+    solved: Vec<f64>,
+    /// `gᵀ·A⁻¹·g`.
+    product: f64,
+}
+
+/// A step of Newton's method.
+struct NewtonStep {
+    /// What is subtracted from the free coordinates.
+    step: Vec<f64>,
+    /// How fast Φ falls on it.
+    fall: f64,
+    /// A direction over all nodes that changes the volume, in a body that keeps it.
+    swelling: Option<Vec<DVec3>>,
 }
 
 /// A body that [`Elastic`] holds together.
@@ -103,6 +135,8 @@ struct Potential<'a> {
     damper: Option<BlockMatrix>,
     /// Whether K₀ is without the parts that are not positive.
     positive_damper: bool,
+    /// The pressure of the enclosed volume, Pa, where forces do not tell it.
+    known_pressure_pa: Option<f64>,
 }
 
 impl<E: Elastic> ImplicitBody<E> {
@@ -113,15 +147,13 @@ impl<E: Elastic> ImplicitBody<E> {
             return Err(SoftError::NotHeld(format!("{why}; without inertia nothing else holds it")));
         }
         let symbolic = Arc::new(Symbolic::new(&parts.rest_m, &parts.fixed, &parts.pairs));
-        let mut matrix = BlockMatrix::new(symbolic.clone());
-        let mut factor = Factor::new(symbolic.clone());
-        parts.elastic.add_tangent(&parts.rest_m, false, 1.0, &mut matrix);
-        let rigid = parts.not_held.is_none() && factor.refactor(&matrix).is_ok();
+        let matrix = BlockMatrix::new(symbolic.clone());
+        let factor = Factor::new(symbolic.clone());
         let state = SoftState {
             positions_m: parts.rest_m.clone(),
             velocities_m_per_s: vec![DVec3::ZERO; parts.rest_m.len()],
         };
-        let constants = Constants {
+        let mut constants = Constants {
             size_m: extent(&parts.rest_m),
             period_s: scene.rates.simulation_hz.period_s(),
             mass_damping_per_s: soft.mass_damping_per_s,
@@ -130,18 +162,40 @@ impl<E: Elastic> ImplicitBody<E> {
             quasi_static: soft.quasi_static,
             gravity_m_per_s2: scene.gravity_m_per_s2,
             rest_energy_j: parts.elastic.energy_j(&parts.rest_m),
-            at_rest: rigid.then(|| factor.clone()),
+            at_rest: None,
             symbolic,
             parts,
         };
+        constants.at_rest = constants.rest_compliance(factor.clone());
         Ok(Self { constants: Arc::new(constants), state, matrix, factor })
+    }
+
+    /// The same, at rest where its parts are in equilibrium without gravity.
+    ///
+    /// # Errors
+    /// As [`ImplicitBody::new`]; and when nothing holds it, or there is no equilibrium.
+    pub(crate) fn new_settled(scene: &Scene, mut parts: Parts<E>) -> Result<Self, SoftError> {
+        if let Some(why) = &parts.not_held {
+            return Err(SoftError::NotHeld(why.clone()));
+        }
+        let mut body = Self::new(scene, parts.clone())?;
+        let start = body.state.clone();
+        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
+        body.factorise(&potential);
+        if !body.search(&potential, MOST_SETTLING_STEPS) {
+            return Err(SoftError::NoEquilibrium("the mesh at rest does not come to rest".into()));
+        }
+        parts.rest_m = body.state.positions_m;
+        Self::new(scene, parts)
     }
 
     /// The period of a body without inertia.
     fn step_in_equilibrium(&mut self, forces_n: Vec<DVec3>) {
         let most_steps = MOST_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
+        self.recover_volume();
         let start = self.state.clone();
         let potential = Potential::of_equilibrium(&start, forces_n);
+        self.factorise(&potential);
         self.search(&potential, most_steps);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
     }
@@ -149,40 +203,68 @@ impl<E: Elastic> ImplicitBody<E> {
     /// The period of a body with inertia.
     fn step_in_time(&mut self, forces_n: Vec<DVec3>) {
         let newton_steps = self.constants.newton_steps;
+        self.recover_volume();
         let start = self.state.clone();
         let potential = self.potential_in_time(&start, forces_n);
+        let base = self.keep_volume();
         self.search(&potential, newton_steps);
-        self.arrive(&start, &potential.forces_n);
+        self.arrive(&start, &base, &potential.forces_n);
+    }
+
+    /// A shape that cannot be of this volume by far comes nearer to the one at rest until it can, and stops.
+    fn recover_volume(&mut self) {
+        let constants = self.constants.clone();
+        let Parts { enclosed: Some(enclosed), rest_m, .. } = &constants.parts else { return };
+        if enclosed.error(&self.state.positions_m).abs() <= MOST_VOLUME_ERROR {
+            return;
+        }
+        self.state.velocities_m_per_s.fill(DVec3::ZERO);
+        for part in (0..=10).map(|tenths| f64::from(tenths) / 10.0) {
+            let nearer = self.state.positions_m.iter().zip(rest_m).map(|(at, rest)| at.lerp(*rest, part));
+            let mut nearer: Vec<DVec3> = nearer.collect();
+            let swelling = constants.free_part(enclosed.gradient(&nearer));
+            if enclosed.error(&nearer) > -0.5 && enclosed.restore(&mut nearer, &swelling) {
+                self.state.positions_m = nearer;
+                return;
+            }
+        }
+        self.state.positions_m.clone_from(rest_m);
+    }
+
+    /// Brings the volume back to what it should be, with the factor of where the nodes are; returns where they are then.
+    fn keep_volume(&mut self) -> Vec<DVec3> {
+        let constants = self.constants.clone();
+        if let Some(enclosed) = &constants.parts.enclosed {
+            let volume = constants.volume_gradient(enclosed, &self.state.positions_m, &self.factor);
+            enclosed.restore(&mut self.state.positions_m, &constants.scattered(&volume.solved));
+        }
+        self.state.positions_m.clone()
     }
 
     fn potential_in_time<'a>(&mut self, start: &'a SoftState, forces_n: Vec<DVec3>) -> Potential<'a> {
-        let Constants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *self.constants;
         let mut potential = Potential::of_equilibrium(start, forces_n);
-        potential.inertia = (1.0 + period_s * mass_damping_per_s) / (period_s * period_s);
-        potential.momentum = 1.0 / period_s;
-        potential.damping = stiffness_damping_s / period_s;
+        potential.add_time(&self.constants);
+        let positive = !self.factorise(&potential);
         if potential.damping > 0.0 {
-            potential.positive_damper = !self.factorise(&potential);
             let mut damper = BlockMatrix::new(self.constants.symbolic.clone());
-            let elastic = &self.constants.parts.elastic;
-            elastic.add_tangent(&start.positions_m, potential.positive_damper, 1.0, &mut damper);
-            potential.damper = Some(damper);
+            self.constants.add_stiffness(&mut damper, &potential, &start.positions_m, positive, 1.0);
+            (potential.positive_damper, potential.damper) = (positive, Some(damper));
         }
         potential
     }
 
-    /// Newton's method downhill from the present positions. Returns whether it ended in a minimum.
+    /// Newton's method downhill from the present positions, with the factor of about there for the first step. Returns
+    /// whether it ended in a minimum.
     fn search(&mut self, potential: &Potential<'_>, most_steps: usize) -> bool {
         let constants = self.constants.clone();
         let mut value = constants.potential(potential, &self.state.positions_m);
-        for _ in 0..most_steps {
-            let gradient = constants.gradient(potential, &self.state.positions_m);
-            self.factorise(potential);
-            let mut step = gradient.clone();
-            self.factor.solve_in_place(&mut step);
-            let longest = step.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
-            let fall = dot(&step, &gradient);
-            let found = constants.downhill(potential, &self.state.positions_m, value, &step, fall);
+        for step in 0..most_steps {
+            if step > 0 {
+                self.factorise(potential);
+            }
+            let newton = constants.newton_step(potential, &self.state.positions_m, &self.factor);
+            let longest = newton.step.iter().fold(0.0_f64, |most, part| most.max(part.abs()));
+            let found = constants.downhill(potential, &self.state.positions_m, value, &newton);
             let Some((positions, less)) = found else { return longest <= NEARLY_SETTLED * constants.size_m };
             (self.state.positions_m, value) = (positions, less);
             if longest <= SETTLED * constants.size_m {
@@ -211,24 +293,36 @@ impl<E: Elastic> ImplicitBody<E> {
         false
     }
 
-    /// Shortens the displacement of a period that began at `start` until energy allows it; and the velocities after it.
-    fn arrive(&mut self, start: &SoftState, forces_n: &[DVec3]) {
+    /// Shortens the displacement from `base_m` until energy allows it; and the velocities of a period that began at `start`.
+    /// `base_m` is where it began, with the volume put right.
+    fn arrive(&mut self, start: &SoftState, base_m: &[DVec3], forces_n: &[DVec3]) {
         let constants = self.constants.clone();
-        let before = constants.elastic_j(&start.positions_m) + constants.kinetic_j(&start.velocities_m_per_s);
+        let speeds = |to: &[DVec3], from: &[DVec3]| -> Vec<DVec3> {
+            to.iter().zip(from).map(|(to, from)| (*to - *from) / constants.period_s).collect()
+        };
+        let put_right = speeds(base_m, &start.positions_m);
+        let speed_before: Vec<DVec3> =
+            start.velocities_m_per_s.iter().zip(&put_right).map(|(speed, right)| *speed - *right).collect();
+        let before = constants.elastic_j(base_m) + constants.kinetic_j(&speed_before);
         for _ in 0..MOST_HALVINGS {
-            let SoftState { positions_m: to, velocities_m_per_s: velocities } = &mut self.state;
-            let displacements = to.iter().zip(&start.positions_m).map(|(&to, &from)| to - from);
-            let work: f64 = displacements.clone().zip(forces_n).map(|(moved, force)| moved.dot(*force)).sum();
-            *velocities = displacements.map(|moved| moved / constants.period_s).collect();
-            let after = constants.elastic_j(to) + constants.kinetic_j(velocities);
+            let to = &mut self.state.positions_m;
+            let moves = speeds(to, base_m);
+            let work: f64 = moves.iter().zip(forces_n).map(|(speed, force)| speed.dot(*force)).sum();
+            let work = work * constants.period_s;
+            let after = constants.elastic_j(to) + constants.kinetic_j(&moves);
             let rounding =
                 ROUNDING * (after.abs() + before.abs() + work.abs() + constants.rest_energy_j.abs());
             if after <= before + work + rounding {
+                self.state.velocities_m_per_s = speeds(to, &start.positions_m);
                 return;
             }
-            to.iter_mut().zip(&start.positions_m).for_each(|(to, &from)| *to = from.midpoint(*to));
+            to.iter_mut().zip(base_m).for_each(|(to, &base)| *to = base.midpoint(*to));
+            if let Some(enclosed) = &constants.parts.enclosed {
+                let swelling = constants.free_part(enclosed.gradient(to));
+                enclosed.restore(to, &swelling);
+            }
         }
-        self.state.positions_m.clone_from(&start.positions_m);
+        self.state.positions_m.copy_from_slice(base_m);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
     }
 }
@@ -244,7 +338,16 @@ impl<'a> Potential<'a> {
             damping: 0.0,
             damper: None,
             positive_damper: false,
+            known_pressure_pa: None,
         }
+    }
+
+    /// Inertia and damping of a period.
+    fn add_time<E>(&mut self, constants: &Constants<E>) {
+        let Constants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *constants;
+        self.inertia = (1.0 + period_s * mass_damping_per_s) / (period_s * period_s);
+        self.momentum = 1.0 / period_s;
+        self.damping = stiffness_damping_s / period_s;
     }
 }
 
@@ -319,40 +422,128 @@ impl<E: Elastic> Constants<E> {
         positions_m: &[DVec3],
         positive: bool,
     ) {
-        let elastic = &self.parts.elastic;
         matrix.clear();
-        elastic.add_tangent(positions_m, positive, 1.0, matrix);
+        self.add_stiffness(matrix, potential, positions_m, positive, 1.0);
         if potential.damping > 0.0 {
             let positive = positive || potential.positive_damper;
-            elastic.add_tangent(potential.start_m, positive, potential.damping, matrix);
+            self.add_stiffness(matrix, potential, potential.start_m, positive, potential.damping);
         }
         for (place, &node) in self.symbolic.order().iter().enumerate() {
             matrix.add_to_diagonal(place, potential.inertia * self.parts.mass_kg[node as usize]);
         }
     }
 
-    /// The first of the steps 1, 1/2, 1/4 … against `step` on which Φ falls, and Φ there. `fall` is its slope.
+    /// Adds `scale` times the tangent stiffness: of the skin or springs, and of the pressure, whose direction turns with them.
+    fn add_stiffness(
+        &self,
+        matrix: &mut BlockMatrix,
+        potential: &Potential<'_>,
+        positions_m: &[DVec3],
+        positive: bool,
+        scale: f64,
+    ) {
+        self.parts.elastic.add_tangent(positions_m, positive, scale, matrix);
+        if let (Some(enclosed), false) = (&self.parts.enclosed, positive) {
+            let known = potential.known_pressure_pa;
+            let pressure_pa =
+                known.unwrap_or_else(|| self.pressure_pa(enclosed, positions_m, &potential.forces_n));
+            enclosed.add_second(positions_m, -scale * pressure_pa, matrix);
+        }
+    }
+
+    /// The pressure that comes nearest to balancing all forces.
+    fn pressure_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3], forces_n: &[DVec3]) -> f64 {
+        let mut forces = forces_n.to_vec();
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        -dot(&gradient, &self.symbolic.gather(&forces)) / dot(&gradient, &gradient).max(f64::MIN_POSITIVE)
+    }
+
+    /// The pressure that balances the forces of most nodes: what it is in equilibrium, whatever is pressed on a few of them.
+    fn pressure_of_most_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
+        let mut forces = self.external_forces(&[]);
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = enclosed.gradient(positions_m);
+        let free = self.symbolic.order().iter().map(|&node| (forces[node as usize], gradient[node as usize]));
+        let mut pressures: Vec<f64> =
+            free.map(|(force, area)| -force.dot(area) / area.length_squared()).collect();
+        pressures.sort_unstable_by(f64::total_cmp);
+        pressures.get(pressures.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    /// Newton's step from some positions, with the factor of Φ's second derivative there.
+    fn newton_step(&self, potential: &Potential<'_>, positions_m: &[DVec3], factor: &Factor) -> NewtonStep {
+        let gradient = self.gradient(potential, positions_m);
+        let mut step = gradient.clone();
+        factor.solve_in_place(&mut step);
+        let volume =
+            self.parts.enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, positions_m, factor));
+        if let Some(volume) = &volume {
+            let share = dot(&volume.gradient, &step) / volume.product;
+            step.iter_mut().zip(&volume.solved).for_each(|(step, solved)| *step -= share * solved);
+        }
+        let fall = dot(&step, &gradient);
+        NewtonStep { step, fall, swelling: volume.map(|volume| self.scattered(&volume.solved)) }
+    }
+
+    fn volume_gradient(&self, enclosed: &Enclosed, positions_m: &[DVec3], factor: &Factor) -> VolumeGradient {
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        let mut solved = gradient.clone();
+        factor.solve_in_place(&mut solved);
+        let product = dot(&gradient, &solved);
+        VolumeGradient { gradient, solved, product }
+    }
+
+    /// `None` if the body can move without deforming.
+    fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
+        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
+        let start =
+            SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
+        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
+        let mut matrix = BlockMatrix::new(self.symbolic.clone());
+        self.fill(&mut matrix, &potential, rest_m, false);
+        if not_held.is_some() || factor.refactor(&matrix).is_err() {
+            return None;
+        }
+        let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
+        Some(RestCompliance { factor, volume })
+    }
+
+    /// The first of the steps 1, 1/2, 1/4 … on which Φ falls, and Φ there.
     fn downhill(
         &self,
         potential: &Potential<'_>,
         from_m: &[DVec3],
         value: f64,
-        step: &[f64],
-        fall: f64,
+        newton: &NewtonStep,
     ) -> Option<(Vec<DVec3>, f64)> {
-        let full = self.scattered(step);
+        let full = self.scattered(&newton.step);
         let rounding = ROUNDING * (value.abs() + self.parts.elastic.energy_j(from_m).abs());
         let mut part = 1.0;
         for _ in 0..MOST_HALVINGS {
-            let to_m: Vec<DVec3> =
+            let mut to_m: Vec<DVec3> =
                 from_m.iter().zip(&full).map(|(from, step)| *from - part * *step).collect();
+            let kept = match (&self.parts.enclosed, &newton.swelling) {
+                (Some(enclosed), Some(swelling)) => enclosed.restore(&mut to_m, swelling),
+                _ => true,
+            };
             let there = self.potential(potential, &to_m);
-            if there <= value - SUFFICIENT * part * fall + rounding {
+            if kept && there <= value - SUFFICIENT * part * newton.fall + rounding {
                 return Some((to_m, there));
             }
             part *= 0.5;
         }
         None
+    }
+
+    /// A field over all nodes without its part on fixed ones.
+    fn free_part(&self, mut field: Vec<DVec3>) -> Vec<DVec3> {
+        field
+            .iter_mut()
+            .zip(&self.parts.fixed)
+            .filter(|(_, fixed)| **fixed)
+            .for_each(|(part, _)| *part = DVec3::ZERO);
+        field
     }
 
     fn displacement(&self, from_m: &[DVec3], to_m: &[DVec3]) -> Vec<f64> {
@@ -373,6 +564,28 @@ impl<E: Elastic> Constants<E> {
         self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
         let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
         diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// The linearised step about the start of `potential`, whose matrix was exact or not.
+    fn linear(&self, potential: &Potential<'_>, exact: bool) -> LinearBody {
+        let stiffness = |positive| {
+            let mut matrix = BlockMatrix::new(self.symbolic.clone());
+            self.add_stiffness(&mut matrix, potential, potential.start_m, positive, 1.0);
+            matrix.entries()
+        };
+        let order = self.symbolic.order();
+        let gradient = |enclosed: &Enclosed| self.symbolic.gather(&enclosed.gradient(potential.start_m));
+        LinearBody {
+            period_s: self.period_s,
+            quasi_static: self.quasi_static,
+            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
+            mass_kg: order.iter().flat_map(|&node| [self.parts.mass_kg[node as usize]; 3]).collect(),
+            mass_damping_per_s: self.mass_damping_per_s,
+            stiffness_damping_s: self.stiffness_damping_s,
+            stiffness: stiffness(false),
+            step_stiffness: (!exact).then(|| stiffness(true)),
+            volume_gradient: self.parts.enclosed.as_ref().map(gradient),
+        }
     }
 
     /// The unit forces of a point along x, y and z, in the free coordinates: three columns.
@@ -432,7 +645,10 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
             return Err(SoftError::NotHeld(why.clone()));
         }
         let start = self.state.clone();
-        let potential = Potential::of_equilibrium(&start, self.constants.external_forces(forces));
+        self.recover_volume();
+        let begin = self.state.clone();
+        let potential = Potential::of_equilibrium(&begin, self.constants.external_forces(forces));
+        self.factorise(&potential);
         if !self.search(&potential, MOST_SETTLING_STEPS) {
             self.state = start;
             let steps = format!("{MOST_SETTLING_STEPS} Newton steps did not end in one");
@@ -443,11 +659,15 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
     }
 
     fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>> {
-        let factor = self.constants.at_rest.as_ref()?;
+        let RestCompliance { factor, volume } = self.constants.at_rest.as_ref()?;
         let forces = self.constants.unit_forces(points);
         let mut displacements = forces.clone();
         factor.solve_columns_in_place(&mut displacements);
-        let compliance = forces.tr_mul(&displacements);
+        let mut compliance = forces.tr_mul(&displacements);
+        if let Some(VolumeGradient { solved, product, .. }) = volume {
+            let swelling = forces.tr_mul(&DVector::from_column_slice(solved));
+            compliance -= &swelling * swelling.transpose() / *product;
+        }
         Some((&compliance + compliance.transpose()) * 0.5)
     }
 
@@ -455,31 +675,15 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
         let mut body = self.clone();
         let constants = self.constants.clone();
         let start = self.state.clone();
-        let potential = match constants.quasi_static {
-            true => Potential::of_equilibrium(&start, constants.external_forces(&[])),
-            false => body.potential_in_time(&start, constants.external_forces(&[])),
-        };
-        let exact = body.factorise(&potential);
-        if !exact && (constants.quasi_static || constants.newton_steps > 1) {
-            return None;
+        let pressure = |enclosed| constants.pressure_of_most_pa(enclosed, &start.positions_m);
+        let mut potential = Potential::of_equilibrium(&start, constants.external_forces(&[]));
+        potential.known_pressure_pa = constants.parts.enclosed.as_ref().map(pressure);
+        if !constants.quasi_static {
+            potential.add_time(&constants);
         }
-        let stiffness = |positive| {
-            let mut matrix = BlockMatrix::new(constants.symbolic.clone());
-            constants.parts.elastic.add_tangent(&start.positions_m, positive, 1.0, &mut matrix);
-            matrix.entries()
-        };
-        let order = constants.symbolic.order();
-        Some(LinearBody {
-            period_s: constants.period_s,
-            quasi_static: constants.quasi_static,
-            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
-            mass_kg: order.iter().flat_map(|&node| [constants.parts.mass_kg[node as usize]; 3]).collect(),
-            mass_damping_per_s: constants.mass_damping_per_s,
-            stiffness_damping_s: constants.stiffness_damping_s,
-            stiffness: stiffness(false),
-            step_stiffness: (!exact).then(|| stiffness(true)),
-            volume_gradient: None,
-        })
+        let exact = body.factorise(&potential);
+        let several = constants.quasi_static || constants.newton_steps > 1;
+        (exact || !several).then(|| constants.linear(&potential, exact))
     }
 
     fn energy(&self) -> SoftEnergy {

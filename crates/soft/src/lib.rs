@@ -10,14 +10,20 @@
 //! joint compliance    W = J·K⁻¹·Jᵀ, K at rest, J the weights of the material points
 //! ```
 
+mod balloon;
 pub mod body;
 pub mod corotational;
+mod enclosed;
 pub mod factor;
 mod implicit;
+mod inversion;
 pub mod linear;
+mod locate;
 mod mass_spring;
+mod membrane;
 mod mesh;
 
 pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
 pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
+pub use locate::material_point_at;

@@ -4,7 +4,8 @@
 //! tetrahedra the `(2√2/25)·l·E` of Lloyd, Székely & Harders (2007), which comes closest to linear tetrahedra of Young's
 //! modulus `E`. Springs that act along the line between two points can only stand for a material of Poisson's ratio 1/4.
 //!
-//! Springs do not feel which side of a tetrahedron is which: one that was pushed through itself may stay so.
+//! Against inversion see `inversion`. A network has the directions of its edges: cubes that are cut into six tetrahedra are
+//! stiffer along the axes (a uniaxial strain ε gives a von Mises stress of 1.31·E·ε, against the material's 0.8·E·ε).
 
 use cotouch_scene::scene::Scene;
 use cotouch_scene::soft_mesh::SoftMesh;
@@ -13,6 +14,7 @@ use glam::{DMat3, DVec3};
 use crate::body::SoftError;
 use crate::factor::BlockMatrix;
 use crate::implicit::{Elastic, ImplicitBody, Parts, add_pair};
+use crate::inversion::Inversion;
 use crate::mesh;
 
 /// What k·l²/(E·V) is.
@@ -33,6 +35,7 @@ struct Spring {
 #[derive(Clone, Debug)]
 pub(crate) struct Springs {
     springs: Vec<Spring>,
+    inversion: Inversion,
     /// Of every node, to where it rests, N/m.
     tie_n_per_m: f64,
     rest_m: Vec<DVec3>,
@@ -64,6 +67,7 @@ pub(crate) fn mass_spring(scene: &Scene) -> Result<ImplicitBody<Springs>, SoftEr
     let springs = Springs::new(mesh, soft.young_pa, soft.skin_thickness_m);
     let density = soft.density_kg_per_m3;
     let parts = Parts {
+        enclosed: None,
         mass_kg: springs.volume_m3.iter().map(|volume| density * volume).collect(),
         pairs: springs.springs.iter().map(|spring| spring.nodes).collect(),
         not_held: if tied { None } else { mesh::not_held(&mesh.nodes_m, &fixed) },
@@ -84,9 +88,10 @@ impl Springs {
         } else {
             mesh::node_volumes(&mesh.nodes_m, &mesh.tetrahedra)
         };
-        let springs = springs(mesh, young_pa);
+        let (springs, inversion) = (springs(mesh, young_pa), Inversion::new(mesh, young_pa));
         Self {
             springs,
+            inversion,
             tie_n_per_m: mesh.tied_n_per_m / nodes as f64,
             rest_m: mesh.nodes_m.clone(),
             volume_m3,
@@ -142,10 +147,12 @@ impl Elastic for Springs {
         };
         let ties: f64 =
             positions_m.iter().zip(&self.rest_m).map(|(at, rest)| at.distance_squared(*rest)).sum();
-        self.springs.iter().map(of_spring).sum::<f64>() + 0.5 * self.tie_n_per_m * ties
+        let springs: f64 = self.springs.iter().map(of_spring).sum();
+        springs + 0.5 * self.tie_n_per_m * ties + self.inversion.energy_j(positions_m)
     }
 
     fn add_forces(&self, positions_m: &[DVec3], forces_n: &mut [DVec3]) {
+        self.inversion.add_forces(positions_m, forces_n);
         for spring in &self.springs {
             let (direction, distance) = spring.reach(positions_m);
             let pull = spring.tension_n(distance) * direction;
@@ -159,6 +166,7 @@ impl Elastic for Springs {
     }
 
     fn add_tangent(&self, positions_m: &[DVec3], positive: bool, scale: f64, matrix: &mut BlockMatrix) {
+        self.inversion.add_tangent(positions_m, positive, scale, matrix);
         for spring in &self.springs {
             let block = scale * spring.tangent(positions_m, positive);
             let [a, b] = spring.nodes;

@@ -50,3 +50,11 @@ pub(crate) fn node_areas(nodes_m: &[DVec3], triangles: &[[u32; 3]]) -> Vec<f64> 
 pub(crate) fn edges(&[a, b, c, d]: &[u32; 4]) -> [[u32; 2]; 6] {
     [[a, b], [a, c], [a, d], [b, c], [b, d], [c, d]].map(|[a, b]| [a.min(b), a.max(b)])
 }
+
+/// Whether every edge of a surface belongs to exactly two triangles, which go along it in opposite directions.
+pub(crate) fn is_closed(triangles: &[[u32; 3]]) -> bool {
+    let mut edges: Vec<[u32; 2]> = triangles.iter().flat_map(|&[a, b, c]| [[a, b], [b, c], [c, a]]).collect();
+    edges.sort_unstable();
+    let single = edges.windows(2).all(|pair| pair[0] != pair[1]);
+    single && edges.iter().all(|&[a, b]| edges.binary_search(&[b, a]).is_ok())
+}

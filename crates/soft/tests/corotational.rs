@@ -212,11 +212,18 @@ fn an_equilibrium_stays_and_balances() {
     for (after, before) in body.state().positions_m.iter().zip(&settled.positions_m) {
         assert!(after.distance(*before) < 1e-10);
     }
-    let inner = inner_forces(&body);
+    // The same shape with nothing fixed: its forces are the loads and the clamp's reactions, which balance.
+    scene.soft.fixed.clear();
+    let mut loose = body_of(&scene);
+    loose.set_state(body.state());
+    let inner = inner_forces(&loose);
+    let most = inner.iter().map(|force| force.length()).fold(0.0, f64::max);
     let sum: DVec3 = inner.iter().sum();
     let moment: DVec3 =
         inner.iter().zip(&settled.positions_m).map(|(force, place)| place.cross(*force)).sum();
-    assert!(sum.length() < 1e-6 && moment.length() < 1e-7, "{sum} N, {moment} N m");
+    assert!(sum.length() < 1e-6 * most && moment.length() < 1e-7 * most, "{sum} N, {moment} N m");
+    let at_tip = inner[tip as usize] + forces[0].force_n;
+    assert!(at_tip.length() < 0.02, "at the tip only its weight is left, not {at_tip} N");
 }
 
 #[test]
@@ -345,7 +352,8 @@ fn a_step_is_what_its_linearisation_says() {
             let expected = exact_step(&linear);
             let found = central_differences(&body, &forces, 1e-6);
             let error = (&found - &expected).amax();
-            let size = expected.amax();
+            // Without inertia nothing depends on the state before: the matrix is zero.
+            let size = if quasi_static { 1e-3 } else { expected.amax() };
             assert!(error < 1e-6 * size, "error {error} beside {size}, quasi-static {quasi_static}");
         }
     }

@@ -3,7 +3,7 @@
 mod common;
 
 use common::{central_differences, exact_step, spring_scene};
-use cotouch_soft::{MaterialPoint, PointForce, SoftBody, soft_body};
+use cotouch_soft::{MaterialPoint, PointForce, soft_body};
 use glam::DVec3;
 
 const STIFFNESS: f64 = 200.0;
@@ -64,7 +64,8 @@ fn a_step_is_what_its_linearisation_says() {
         body.settle(&press).unwrap();
         let exact = exact_step(&body.linear().unwrap());
         let differences = central_differences(&*body, &press, 1e-6);
-        assert!((exact - &differences).amax() < 1e-9 * differences.amax());
+        // Without inertia a step forgets where it began: all is zero.
+        assert!((exact - &differences).amax() < 1e-9 * differences.amax().max(1.0));
     }
 }
 

@@ -1,6 +1,7 @@
 //! Which sets of contacts are analysed.
 
 use cotouch_scene::Scene;
+use cotouch_scene::names::HostIndex;
 
 use super::{ContactMode, compile_at};
 use crate::operating_point::Settled;
@@ -42,35 +43,37 @@ fn wall_sets(settled: &Settled, notes: &mut Vec<String>) -> Vec<Option<usize>> {
     sets
 }
 
-/// Every set of fingers; where these are too many, the ones nearest to none and to all.
 fn finger_sets(settled: &Settled, walls: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
-    let grips = settled.grips.len();
-    if u32::try_from(grips)
-        .ok()
-        .and_then(|grips| 1usize.checked_shl(grips))
-        .is_some_and(|all| all * walls <= MOST_MODES)
-    {
-        let members = |set: usize| (0..grips).filter(|&grip| set >> grip & 1 == 1).collect();
-        return (0..1usize << grips).map(members).collect();
+    let users: Vec<HostIndex> = settled.grips.iter().map(|grip| grip.user).collect();
+    sets_of_fingers(&users, MOST_MODES / walls, notes)
+}
+
+/// Every set of fingers, given whose each is; where these are too many, the ones nearest to none and to all.
+pub(crate) fn sets_of_fingers(users: &[HostIndex], most: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+    let fingers = users.len();
+    let all = u32::try_from(fingers).ok().and_then(|fingers| 1usize.checked_shl(fingers));
+    if let Some(all) = all.filter(|&all| all <= most) {
+        let members = |set: usize| (0..fingers).filter(|&finger| set >> finger & 1 == 1).collect();
+        return (0..all).map(members).collect();
     }
     notes.push(format!(
-        "{grips} fingers have too many contact modes: analysed are none, each finger alone, each user alone, all but one \
+        "{fingers} fingers have too many contact modes: analysed are none, each finger alone, each user alone, all but one \
          finger, all but one user, and all."
     ));
-    let all = || 0..grips;
-    let keep = |is_in: &dyn Fn(usize) -> bool| all().filter(|&grip| is_in(grip)).collect::<Vec<_>>();
-    let mut users: Vec<_> = settled.grips.iter().map(|grip| grip.user).collect();
-    users.dedup();
+    let keep =
+        |is_in: &dyn Fn(usize) -> bool| (0..fingers).filter(|&finger| is_in(finger)).collect::<Vec<_>>();
+    let mut each = users.to_vec();
+    each.dedup();
     let mut sets = vec![Vec::new()];
-    for grip in all() {
-        sets.push(vec![grip]);
-        sets.push(keep(&|other| other != grip));
+    for finger in 0..fingers {
+        sets.push(vec![finger]);
+        sets.push(keep(&|other| other != finger));
     }
-    for user in users {
-        sets.push(keep(&|grip| settled.grips[grip].user == user));
-        sets.push(keep(&|grip| settled.grips[grip].user != user));
+    for user in each {
+        sets.push(keep(&|finger| users[finger] == user));
+        sets.push(keep(&|finger| users[finger] != user));
     }
-    sets.push(all().collect());
+    sets.push((0..fingers).collect());
     sets.sort_by_key(|set| (set.len(), set.clone()));
     sets.dedup();
     sets

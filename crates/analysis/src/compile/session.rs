@@ -324,7 +324,7 @@ fn body_axes(space: Space, turns: bool) -> &'static [Dof] {
 }
 
 /// The constant delay of samples from one host to another.
-fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
+pub(crate) fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
     let latency_s = scene.impairment(from, to).latency_s;
     let transit_ticks =
         ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;

@@ -69,7 +69,11 @@ impl Template {
     /// Nothing where there is more to a point than its numbers.
     pub(super) fn new(scene: &Scene, keys: &[&str]) -> Option<Self> {
         let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
-        if has_surfaces || !(1..=2).contains(&keys.len()) || !keys.iter().all(|key| is_gain_or_mass(key)) {
+        if has_surfaces
+            || scene.soft.exists()
+            || !(1..=2).contains(&keys.len())
+            || !keys.iter().all(|key| is_gain_or_mass(key))
+        {
             return None;
         }
         let allowed: Vec<_> = keys.iter().map(|key| allowed(scene, key)).collect::<Option<_>>()?;

@@ -26,7 +26,9 @@ const GROWTH: f64 = 1e-4;
 pub(super) fn reason(scene: &Scene, x: &Sweep, y: Option<&Sweep>) -> Result<String, SweepError> {
     let map = Map { scene, x, y };
     let mut sentences = Vec::new();
-    sentences.extend(map.damper_alone()?);
+    if !scene.soft.exists() {
+        sentences.extend(map.damper_alone()?);
+    }
     sentences.push(map.what_would_help());
     Ok(sentences.join(" "))
 }

@@ -20,6 +20,12 @@ pub(super) fn margin(scene: &Scene) -> Result<Found<f64>, SweepError> {
             "The delay margin of samples used on arrival is only computed where a network period is a whole number of ticks.".to_owned(),
         ));
     }
+    if scene.soft.exists() && scene.link.play_out == PlayOut::OnArrival {
+        return Ok(Err(
+            "The delay margin of a session with a soft object is only computed for scheduled play-out."
+                .to_owned(),
+        ));
+    }
     match scene.link.play_out {
         PlayOut::Scheduled => scheduled(scene),
         PlayOut::OnArrival => on_arrival(scene),
@@ -41,7 +47,7 @@ fn scheduled(scene: &Scene) -> Result<Found<f64>, SweepError> {
     }
     let scene = with_override(scene, "link.delay_periods", f64::from(whole))?;
     let ticks = scene.schedule().ticks_per_pattern();
-    if scene.schedule().steps_per_pattern() != 1 {
+    if scene.schedule().steps_per_pattern() != 1 || scene.soft.exists() {
         return Ok(Ok(f64::from(whole)));
     }
     let more = last_stable(1..ticks, |more| is_stable_later(&scene, more))?;

@@ -57,6 +57,11 @@ pub(super) fn margin(
     scene: &Scene,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Found<Option<f64>>, SweepError> {
+    if scene.soft.exists() {
+        return Ok(Err(
+            "How many packets may be lost is not computed for sessions with a soft object.".to_owned()
+        ));
+    }
     let modes = compile(scene);
     let done = std::sync::atomic::AtomicUsize::new(0);
     let of_mode = |spec: &LoopSpec| -> Result<Found<Option<f64>>, SweepError> {

@@ -11,7 +11,7 @@ use cotouch_scene::time::Rate;
 
 use super::{
     Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, LocalModel,
-    LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Replay, Run,
+    LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Replay, Run, Soft,
 };
 use crate::output::Output;
 
@@ -160,6 +160,11 @@ Example:
     LocalModel {
         #[command(subcommand)]
         what: LocalModelCommand,
+    },
+    /// Soft objects at rest: how they give way, how they sag
+    Soft {
+        #[command(subcommand)]
+        what: SoftCommand,
     },
     /// Repeat the figures and tables of the two works that cotouch is built on
     #[command(after_help = "\
@@ -438,6 +443,78 @@ Example:
         #[arg(long, value_enum, default_value = "zero")]
         hold: RawHold,
     },
+    /// Which local model renders a soft object how well, and how stiff an object each can take
+    #[command(after_help = "\
+Open loop: every finger presses and slides along a given path, and each model's forces stand beside those of the same scene \
+simulated at the haptic rate, with the contact's spring four times as stiff as the object. force_error is the root mean square \
+of the difference over that of the reference; peak_error the largest difference over the largest force of the reference; \
+max_jump_n the largest change of a force from one tick to the next.
+
+Closed loop: the scene's own simulated hands, with Young's modulus from 500 Pa to 1 MPa, doubling; a model counts as stable \
+where a run would (no force limit for over 20 ms on end, no growing energy above 8 Hz).
+
+Example:
+  cotouch local-model compare soft-block")]
+    Compare {
+        /// A built-in scene with a soft object, or a TOML file
+        scene: String,
+        /// How long each closed loop runs, s of simulated time
+        #[arg(long, value_name = "S", default_value = "8", value_parser = duration, allow_negative_numbers = true)]
+        duration: f64,
+    },
+}
+
+#[derive(Debug, Subcommand)]
+enum SoftCommand {
+    /// The joint static compliance of points of a soft object, m/N
+    #[command(after_help = "\
+Points are in the scene's frame: inside a tetrahedron the point of the material that is there, otherwise the nearest point \
+of the surface within a millionth of the object's size. Row and column 3·i + axis belong to the i-th point: the displacement \
+of the row's point for a force of 1 N at the column's.
+
+Example:
+  cotouch soft compliance soft-block --at 0.35,0.05,0.0375 --at 0.175,0.05,0.075")]
+    Compliance {
+        /// A built-in scene with a soft object, or a TOML file
+        scene: String,
+        /// A point, m; may be repeated
+        #[arg(long, value_name = "X,Y,Z", value_parser = point, required = true, allow_negative_numbers = true)]
+        at: Vec<glam::DVec3>,
+    },
+    /// Where a soft object comes to rest under gravity
+    #[command(after_help = "\
+Example, a block of jelly that sags:
+  cotouch soft deflect soft-block --set gravity_m_per_s2=[0,0,-9.81] --at 0.35,0.05,0.0375")]
+    Deflect {
+        /// A built-in scene with a soft object, or a TOML file
+        scene: String,
+        /// A point whose displacement is wanted, m; may be repeated
+        #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+        at: Vec<glam::DVec3>,
+    },
+}
+
+impl SoftCommand {
+    fn lift(self) -> Soft {
+        match self {
+            Self::Compliance { scene, at } => Soft::Compliance { scene, at },
+            Self::Deflect { scene, at } => Soft::Deflect { scene, at },
+        }
+    }
+}
+
+/// Three numbers with commas between them.
+fn point(text: &str) -> Result<glam::DVec3, String> {
+    let numbers: Option<Vec<f64>> = text
+        .split(',')
+        .map(|part| part.trim().parse().ok().filter(|number: &f64| number.is_finite()))
+        .collect();
+    match numbers.as_deref() {
+        Some(&[x, y, z]) => Ok(glam::DVec3::new(x, y, z)),
+        _ => {
+            Err("it must be three numbers with commas between them, such as 0.35,0.05,0.0375 (m)".to_owned())
+        }
+    }
 }
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -572,6 +649,7 @@ impl Flags {
             }
             Some(Subcommands::Analyze { what }) => what.lift()?,
             Some(Subcommands::LocalModel { what }) => Command::LocalModel(what.lift()),
+            Some(Subcommands::Soft { what }) => Command::Soft(what.lift()),
             Some(Subcommands::Reproduce { ids }) => Command::Reproduce { ids },
             Some(Subcommands::Scene { what: SceneCommand::List }) => Command::SceneList,
             Some(Subcommands::Scene { what: SceneCommand::Show { scene } }) => Command::SceneShow { scene },
@@ -678,6 +756,7 @@ impl LocalModelCommand {
                 hold: hold.lift(),
                 duration_s: duration,
             }),
+            Self::Compare { scene, duration: duration_s } => LocalModel::Compare { scene, duration_s },
             Self::Choose { ko, ko_error, contacts, correlation, ratio, returned_force, hold } => {
                 LocalModel::Choose(LocalModelChoose {
                     ko,

@@ -3,7 +3,7 @@
 use cotouch_analysis::stability::{Stability, Switching};
 use cotouch_runtime::summary::Predicted;
 use cotouch_scene::Scene;
-use cotouch_scene::scene::{Architecture, Coordination, PlayOut};
+use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Rates};
 
 /// The analysis's verdict on `scene`.
 pub(super) fn analyze(scene: &Scene) -> anyhow::Result<Stability> {
@@ -27,10 +27,22 @@ pub(super) fn who_and_how(scene: &Scene) -> String {
         (PlayOut::Scheduled, 1) => "delay 1 network period".to_owned(),
         (PlayOut::Scheduled, n) => format!("delay {n} network periods"),
     };
-    format!(
-        "{architecture}, {} users, haptic rate {} Hz, network rate {} Hz, {delay}",
-        scene.session.users, scene.rates.control_hz, scene.rates.network_hz
-    )
+    let Rates { control_hz, network_hz, simulation_hz } = scene.rates;
+    let soft = match scene.soft.exists() {
+        true => format!(", soft object at {simulation_hz} Hz, local model {}", local_model(scene)),
+        false => String::new(),
+    };
+    match scene.session.users {
+        1 => format!("1 user, haptic rate {control_hz} Hz{soft}"),
+        users => format!(
+            "{architecture}, {users} users, haptic rate {control_hz} Hz, network rate {network_hz} Hz, {delay}{soft}"
+        ),
+    }
+}
+
+/// The local model in the scene's words.
+fn local_model(scene: &Scene) -> String {
+    scene.get("local_model.kind").map(|kind| kind.to_string()).unwrap_or_default().replace('"', "")
 }
 
 /// The verdict in one sentence.

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_runtime::summary::{Percentiles, Summary};
+use cotouch_runtime::summary::{Percentiles, SoftSummary, Summary};
 
 /// What happened, in a short table.
 pub(super) fn text(summary: &Summary) -> String {
@@ -20,10 +20,16 @@ pub(super) fn text(summary: &Summary) -> String {
     if let Some(took) = microseconds(&haptic.compute_us) {
         row("a tick took", took);
     }
+    if let Some(soft) = &summary.soft {
+        row("slow steps", slow_steps(soft));
+    }
     row("network", network(summary));
     for object in &summary.objects {
         let [x, y, z] = object.position_m.map(|metres| metres * 1e3);
-        row(&object.name, format!("at ({x:.1}, {y:.1}, {z:.1}) mm"));
+        let deformed = object.max_displacement_m.map_or_else(String::new, |metres| {
+            format!(", at most {:.1} mm from where it rests", metres * 1e3)
+        });
+        row(&object.name, format!("at ({x:.1}, {y:.1}, {z:.1}) mm{deformed}"));
     }
     for user in &summary.users_detail {
         if let (Some(peak_force_n), Some(energy_j)) = (user.peak_force_n, user.energy_j) {
@@ -77,6 +83,16 @@ pub(super) fn headline(summary: &Summary) -> String {
         }
         (_, None) => format!("{}: {outcome}", summary.scene),
     }
+}
+
+/// How the simulations of a soft object went.
+fn slow_steps(soft: &SoftSummary) -> String {
+    let SoftSummary { steps, late, missed, compute_us } = soft;
+    let took = match (compute_us.p50, compute_us.max) {
+        (Some(p50), Some(max)) => format!(", {:.2} ms median, {:.2} ms at most", p50 / 1e3, max / 1e3),
+        _ => String::new(),
+    };
+    format!("{steps}, {late} late, {missed} missed{took}")
 }
 
 fn network(summary: &Summary) -> String {

@@ -21,10 +21,10 @@ struct View {
 }
 
 impl View {
-    /// From above; from the side where things can fall.
+    /// From above; from the side where things can fall, and on a soft object.
     fn of(scene: &Scene) -> Self {
-        let up =
-            if scene.gravity_m_per_s2.length() > 0.0 { (DVec3::Z, "z, mm") } else { (DVec3::Y, "y, mm") };
+        let from_the_side = scene.gravity_m_per_s2 != DVec3::ZERO || scene.soft.exists();
+        let up = if from_the_side { (DVec3::Z, "z, mm") } else { (DVec3::Y, "y, mm") };
         Self { across: (DVec3::X, "x, mm"), up }
     }
 
@@ -36,7 +36,8 @@ impl View {
 pub(super) fn draw(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
     let view = View::of(scene);
     let bodies = scene.world_bodies();
-    let (x, y) = frame(view, &bodies, trace);
+    let soft = soft_outline(view, scene);
+    let (x, y) = frame(view, &bodies, &soft, trace);
     let mut chart = ChartBuilder::on(area)
         .margin_right(24)
         .margin_top(8)
@@ -63,6 +64,7 @@ pub(super) fn draw(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Res
     for wall in scene.walls() {
         line(wall_line(view, &wall, x, y), INK.stroke_width(2))?;
     }
+    line(soft, BODY.stroke_width(1))?;
     for body in bodies.iter().filter(|body| body.fixed) {
         line(outline(view, &body.shape, &start(body)), INK.stroke_width(2))?;
     }
@@ -106,8 +108,8 @@ fn start(body: &Body) -> Pose {
 }
 
 /// The range of everything that moved, with the same scale both ways.
-fn frame(view: View, bodies: &[Body], trace: &Trace) -> ((f64, f64), (f64, f64)) {
-    let mut points = Vec::new();
+fn frame(view: View, bodies: &[Body], soft: &[(f64, f64)], trace: &Trace) -> ((f64, f64), (f64, f64)) {
+    let mut points = soft.to_vec();
     for host in &trace.hosts {
         points.extend(
             host.fingers.iter().flat_map(|finger| finger.path.points()).map(|point| view.point(point)),
@@ -190,6 +192,12 @@ fn outline(view: View, shape: &Shape, pose: &Pose) -> Vec<(f64, f64)> {
     hull(corners.into_iter().map(|corner| view.point(pose.to_world(corner))).collect())
 }
 
+/// The outline of a soft object at rest, or nothing.
+fn soft_outline(view: View, scene: &Scene) -> Vec<(f64, f64)> {
+    let nodes = scene.soft.nodes.as_ref().map(|mesh| mesh.nodes_m.as_slice()).unwrap_or_default();
+    hull(nodes.iter().map(|&node| view.point(node)).collect())
+}
+
 /// The closed convex hull of points (Andrew's monotone chain).
 fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
     points.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
@@ -205,6 +213,9 @@ fn hull(mut points: Vec<(f64, f64)>) -> Vec<(f64, f64)> {
         }
         chain
     };
+    if points.is_empty() {
+        return points;
+    }
     let mut outline = half(&mut points.iter().copied());
     outline.pop();
     outline.extend(half(&mut points.iter().rev().copied()));

@@ -123,14 +123,14 @@ impl Probe {
     }
 }
 
-fn assert_nothing_acted(host: HostIndex, record: &TickRecord) {
+pub(crate) fn assert_nothing_acted(host: HostIndex, record: &TickRecord) {
     let acted = u32::from(Acted::empty().bits());
     assert!(record.governor_acted.iter().all(|&bits| bits == acted), "the governor of {host} acted");
     assert!(!record.diverged && record.fades.iter().all(|&fade| fade == 0.0 || fade == 1.0));
 }
 
 /// Reads or writes a coordinate wherever it is at the instant of `tick`: in a hand, in a host, or on the way.
-fn visit(
+pub(crate) fn visit(
     session: &mut VirtualSession<SimulatedUser>,
     coordinate: Coordinate,
     tick: u64,

@@ -7,6 +7,7 @@ struct Counting;
 
 thread_local! {
     static ALLOCATIONS: Cell<u64> = const { Cell::new(0) };
+    static FREED: Cell<u64> = const { Cell::new(0) };
 }
 
 #[allow(unsafe_code)] // A global allocator cannot be written without.
@@ -19,6 +20,7 @@ unsafe impl GlobalAlloc for Counting {
     }
 
     unsafe fn dealloc(&self, pointer: *mut u8, layout: Layout) {
+        FREED.with(|count| count.set(count.get() + 1));
         // SAFETY: as the caller's.
         unsafe { System.dealloc(pointer, layout) }
     }
@@ -32,4 +34,11 @@ pub(crate) fn allocations(act: impl FnOnce()) -> u64 {
     let before = ALLOCATIONS.with(Cell::get);
     act();
     ALLOCATIONS.with(Cell::get) - before
+}
+
+/// How often `act` gives memory back on this thread.
+pub(crate) fn freed(act: impl FnOnce()) -> u64 {
+    let before = FREED.with(Cell::get);
+    act();
+    FREED.with(Cell::get) - before
 }

@@ -74,7 +74,7 @@ impl Triangles {
     }
 
     /// What every mesh must be, closed or not.
-    pub(super) fn check(&self) -> Result<(), MeshError> {
+    pub(crate) fn check(&self) -> Result<(), MeshError> {
         if self.triangles.is_empty() {
             return Err(MeshError::Empty);
         }
@@ -110,7 +110,7 @@ impl Triangles {
 }
 
 /// The bytes of a regular file.
-pub(super) fn read_bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
+pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
     let unreadable = |error: std::io::Error| MeshError::Unreadable(error.to_string());
     if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
         return Err(MeshError::Unreadable("it is not a regular file".to_owned()));

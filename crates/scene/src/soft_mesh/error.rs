@@ -48,7 +48,7 @@ pub enum SoftMeshError {
         nodes: usize,
     },
     /// A tetrahedron that is turned inside out, while others are not.
-    #[error("tetrahedron {tetrahedron} is inverted: its volume is {volume_m3:e} m³")]
+    #[error("tetrahedron {tetrahedron} is inverted: its volume is {volume_m3:.1e} m³")]
     Inverted {
         /// Which.
         tetrahedron: usize,
@@ -57,7 +57,7 @@ pub enum SoftMeshError {
     },
     /// A tetrahedron of hardly any volume.
     #[error(
-        "tetrahedron {tetrahedron} is flat: its volume is {shape:e} of that of a regular one with its longest edge"
+        "tetrahedron {tetrahedron} is flat: its volume is {shape:.1e} of that of a regular one with its longest edge"
     )]
     Flat {
         /// Which.

@@ -53,7 +53,7 @@ pub fn organ(half_axes_m: DVec3, edge_m: f64, centre_m: DVec3) -> Result<SoftMes
 pub fn filled(triangles: &Triangles, edge_m: f64) -> Result<SoftMesh, SoftMeshError> {
     let volume_m3 = TriangleMesh::closed(triangles)?.volume_m3;
     let found = 12.0 * volume_m3 / edge_m.powi(3);
-    if !(found <= 2.0 * MAX_ELEMENTS as f64) {
+    if found > 2.0 * MAX_ELEMENTS as f64 {
         return Err(SoftMeshError::TooLarge { found: found as usize });
     }
     let (vertices, corners) = TriangleMesh::closed_in_place(triangles)?;
