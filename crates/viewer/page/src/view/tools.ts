@@ -73,6 +73,7 @@ export class ColourBar {
 
   constructor() {
     this.#paint();
+    this.#bar.setAttribute("aria-hidden", "true");
     const row = make("span", "view-scale-row");
     row.append(make("span", "", "0"), this.#bar, this.#end);
     this.element.append(this.#title, row);
