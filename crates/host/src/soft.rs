@@ -9,6 +9,7 @@
 
 mod contacts;
 mod estimate;
+mod present;
 mod returned;
 mod slow_loop;
 mod stiffness;

@@ -9,7 +9,7 @@ use cotouch_host::state::HostState;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
-use glam::DVec3;
+use glam::{DVec3, Vec3Swizzles as _};
 
 const RADIUS_M: f64 = 0.005;
 const N: u64 = 50;
@@ -62,7 +62,7 @@ fn a_finger_that_leaves_is_let_go_and_never_pulled() {
         // In by 10 mm and out again.
         let depth_m = 0.01 * (1.0 - (f64::from(step) * std::f64::consts::TAU / 2000.0).cos()) - 0.005;
         let force = rig.tick(deep(depth_m));
-        assert!(force.x <= 0.0 && force.y == 0.0 && force.z == 0.0, "{step}: {force}");
+        assert!(force.x <= 0.0 && force.yz().length() < 1e-12, "{step}: {force}");
         // Jumps come from results of the simulation alone.
         let is_result = rig.tick % N == 1;
         assert!(is_result || (force.x - last).abs() < 100.0 * 5e-5, "{step}: {last} {force}");
@@ -78,7 +78,7 @@ const PI: [&str; 3] =
 fn the_integral_leaves_the_entry_threshold_and_drains_linearly() {
     let mut rig = Rig::new(&scene(SPRING, &PI));
     rig.tick(deep(-0.001));
-    hold(&mut rig, deep(0.01), 60 * N);
+    hold(&mut rig, deep(0.01), 300 * N);
     let surface_m = rig.anchor(0).x;
     assert!((0.01 - surface_m - 2e-4).abs() < 1e-8, "(10): what stays is theta_2: {surface_m}");
     let pressed = rig.state.soft.contacts[0].force;
@@ -104,7 +104,7 @@ fn the_integral_leaves_the_entry_threshold_and_drains_linearly() {
 fn going_out_the_exit_threshold_counts() {
     let mut rig = Rig::new(&scene(SPRING, &PI));
     rig.tick(deep(-0.001));
-    hold(&mut rig, deep(0.01), 60 * N);
+    hold(&mut rig, deep(0.01), 300 * N);
     let before = rig.state.soft.contacts[0].integral_n;
     // The finger stays where it is and says that it goes out, or in, slowly.
     let per_tick = 0.2 * 200.0 / N as f64;
@@ -138,7 +138,8 @@ fn a_first_order_hold_does_not_jump() {
 
 #[test]
 fn with_the_compliance_the_answer_is_there_before_the_simulation_gives_it() {
-    let overrides = ["local_model.kind=compliance", "local_model.stiffness_ratio=5", "local_model.returned_force=last"];
+    let overrides =
+        ["local_model.kind=compliance", "local_model.stiffness_ratio=5", "local_model.returned_force=last"];
     let mut rig = Rig::new(&scene(SPRING, &overrides));
     rig.tick(deep(-0.001));
     let expected = -1.0 / (1.0 / 1000.0 + 1.0 / 200.0) * 0.01;
@@ -161,17 +162,23 @@ fn the_estimate_finds_the_springs_stiffness() {
     assert!((ko(&rig) - 200.0).abs() < 1.0, "{}", ko(&rig));
 }
 
-/// On the block's top, pressed, then moved along x: forces in every tick.
-fn drawn(rig: &mut Rig, depth_m: f64, far_m: f64) -> Vec<DVec3> {
+/// On the block's top, pressed, then moved along x: in every tick the normal that it began with, and the force.
+fn drawn(rig: &mut Rig, depth_m: f64, far_m: f64) -> Vec<(DVec3, DVec3)> {
     let top = 0.04 + RADIUS_M;
     let mut forces = Vec::new();
     let from = DVec3::new(0.025, 0.042, top);
-    for tick in 0..400 {
-        forces.push(rig.tick(from - DVec3::Z * depth_m * f64::from(tick) / 400.0));
+    let mut tick = |finger: DVec3| {
+        let before = rig.state.soft.contacts[0];
+        let force = rig.tick(finger);
+        if before.touching && rig.state.soft.contacts[0].touching {
+            forces.push((before.normal, force));
+        }
+    };
+    for at in 0..400 {
+        tick(from - DVec3::Z * depth_m * f64::from(at) / 400.0);
     }
-    for tick in 0..1000 {
-        let along = DVec3::X * far_m * f64::from(tick) / 1000.0;
-        forces.push(rig.tick(from + along - DVec3::Z * depth_m));
+    for at in 0..1000 {
+        tick(from + DVec3::X * far_m * f64::from(at) / 1000.0 - DVec3::Z * depth_m);
     }
     forces
 }
@@ -179,19 +186,25 @@ fn drawn(rig: &mut Rig, depth_m: f64, far_m: f64) -> Vec<DVec3> {
 #[test]
 fn friction_keeps_to_its_cone_and_fingers_slide() {
     for kind in ["p", "pi", "compliance"] {
-        let mut rig = Rig::new(&scene(BLOCK, &[&format!("local_model.kind={kind}"), "session.users=2"]));
+        // Under a small threshold the integral brings the finger to the surface, and the next result may take it off.
+        let (kind_is, thresholds) = (
+            format!("local_model.kind={kind}"),
+            ["local_model.entry_threshold_m=0.002", "local_model.exit_threshold_m=0.003"],
+        );
+        let mut rig = Rig::new(&scene(BLOCK, &[&kind_is, thresholds[0], thresholds[1]]));
         let forces = drawn(&mut rig, 0.004, 0.03);
+        assert!(forces.len() > 1300, "{kind}: it touches: {}", forces.len());
         let mut slid = 0;
-        for force in &forces {
-            // The block's top is bent: the cone stands on it.
-            let (up, along) = (force.z, force.x.hypot(force.y));
-            assert!(up >= 0.0 && along <= 0.7 * up + 1e-9, "{kind}: {force}");
-            slid += u32::from(along > 0.4 * up && up > 0.0);
+        for (normal, force) in &forces {
+            let push = force.dot(*normal);
+            let along = force.reject_from(*normal).length();
+            assert!(push >= 0.0 && along <= 0.5 * push + 1e-9, "{kind}: {force} on {normal}");
+            slid += u32::from(along > 0.499 * push && push > 0.0);
         }
         assert!(slid > 100, "{kind}: {slid}");
         let moved_m = rig.anchor(0).x - 0.025;
         assert!(moved_m > 0.015, "{kind}: the anchor follows: {moved_m}");
-        assert!(forces.last().unwrap().x < 0.0, "{kind}");
+        assert!(forces.last().unwrap().1.x < 0.0, "{kind}");
     }
 }
 
@@ -199,13 +212,20 @@ fn friction_keeps_to_its_cone_and_fingers_slide() {
 fn without_friction_nothing_holds_along_the_surface() {
     let mut rig = Rig::new(&scene(BLOCK, &["local_model.friction=0"]));
     let forces = drawn(&mut rig, 0.002, 0.02);
-    let last = forces.last().unwrap();
-    assert!(last.x.abs() < 0.2 * last.z && last.z > 0.0, "{last}");
+    for (normal, force) in forces {
+        assert!(
+            force.reject_from(normal).length() <= 1e-9 && force.dot(normal) >= 0.0,
+            "{force} on {normal}"
+        );
+    }
 }
 
 fn hand(step: u64, finger: DVec3) -> StatePacket {
     let pose = Pose { position: finger, ..Pose::default() };
-    StatePacket { step, entries: [Entry::Hand { point: 0, pose, twist: Twist::default() }].into_iter().collect() }
+    StatePacket {
+        step,
+        entries: [Entry::Hand { point: 0, pose, twist: Twist::default() }].into_iter().collect(),
+    }
 }
 
 fn coupled(rig: &mut Rig, peer: HostIndex, finger: DVec3) {
@@ -245,7 +265,7 @@ fn a_server_returns_the_force_that_its_tick_finds() {
 
 #[test]
 fn one_user_feels_what_another_does_to_the_body() {
-    let scene = scene(BLOCK, &[]);
+    let scene = scene(BLOCK, &["link.delay_periods=0"]);
     let mine = DVec3::new(0.035, 0.04, 0.04 + RADIUS_M - 0.001);
     let press = |depth_m: f64| {
         let mut rig = Rig::new(&scene);
@@ -259,18 +279,21 @@ fn one_user_feels_what_another_does_to_the_body() {
 
 #[test]
 fn a_peer_that_fades_counts_for_less() {
-    let mut rig = Rig::new(&scene(BLOCK, &[]));
+    let mut rig = Rig::new(&scene(BLOCK, &["link.delay_periods=0"]));
     coupled(&mut rig, HostIndex(1), DVec3::new(0.055, 0.038, 0.04 + RADIUS_M - 0.0009));
     rig.tick(DVec3::splat(0.2));
-    let whole = rig.output.contacts[0].force.z;
     rig.state.peers[1].going = true;
     rig.state.peers[1].present = false;
-    for _ in 0..100 {
+    for _ in 0..99 {
         rig.tick(DVec3::splat(0.2));
     }
     let fade = rig.state.peers[1].fade;
-    let faded = rig.output.contacts[0].force.z;
-    assert!(fade < 0.9 && faded < (fade + 0.05) * whole && faded > 0.0, "{fade}: {faded} of {whole}");
+    assert!(fade > 0.1 && fade < 0.9, "{fade}");
+    let force = rig.state.soft.contacts[1].force;
+    assert!(force.z > 0.0 && rig.output.contacts[0].force == fade * force);
+    // The simulation gets as much, of every tick of the period.
+    let told = rig.output.slow.as_ref().unwrap().contacts[1].force_n;
+    assert!(told.z < -fade * 0.8 * force.z && told.z > -(fade + 0.1) * 1.2 * force.z, "{told} {force}");
 }
 
 #[test]
@@ -313,4 +336,46 @@ fn a_tick_that_was_left_out_does_not_leave_out_a_period() {
     assert!(input.contacts[0].force_n.x > 0.9);
     hold(&mut rig, deep(0.01), N - 1);
     assert_eq!(rig.output.slow.as_ref().unwrap().period, 1);
+}
+
+#[test]
+fn a_frame_that_was_moved_moves_the_force_by_k_h() {
+    let mut rig = Rig::new(&scene(SPRING, &["local_model.sides=two"]));
+    hold(&mut rig, deep(0.01), 30 * N + 10);
+    let force_with = |by: DVec3| {
+        let mut rig = rig.clone();
+        let frame = rig.state.soft.frame.clone().unwrap();
+        let positions_m = frame.positions_m.iter().map(|node| *node + by).collect();
+        rig.state.soft.frame = Some(std::sync::Arc::new(frame.moved_to(positions_m).unwrap()));
+        rig.tick(deep(0.01))
+    };
+    let by = DVec3::new(1e-5, -2e-5, 3e-5);
+    assert!((force_with(by) - force_with(DVec3::ZERO) - 100.0 * by).length() < 1e-12);
+    let frame = rig.slow.rest_frame();
+    assert!(frame.moved_to(vec![DVec3::ZERO]).is_err());
+    assert_eq!(
+        frame.moved_to(frame.positions_m.clone()).unwrap().surface.generation(),
+        frame.surface.generation()
+    );
+}
+
+#[test]
+fn frames_may_come_late_and_two_at_a_time() {
+    let mut rig = Rig::new(&scene(BLOCK, &["local_model.hold=first"]));
+    let finger = |tick: u64| DVec3::new(0.025, 0.042, 0.06 - 4e-5 * tick.min(500) as f64);
+    let readings =
+        |tick: u64| -> Readings { [Reading::point(finger(tick), DVec3::ZERO)].into_iter().collect() };
+    let mut frames = Vec::new();
+    for tick in 0..1000 {
+        // Nothing comes for a tenth of a second; then all of it, in the middle of a period.
+        if tick % 100 == 57 {
+            for frame in frames.drain(..) {
+                rig.model.take_frame(&mut rig.state, tick, frame);
+            }
+        }
+        rig.model.tick_into(&mut rig.state, tick, &readings(tick), &mut rig.output);
+        assert!(rig.output.device[0].force.is_finite() && rig.output.device[0].force.length() < 5.0);
+        frames.extend(rig.output.slow.as_ref().map(|input| rig.slow.step(input)));
+    }
+    assert!(rig.state.soft.contacts[0].touching && rig.output.device[0].force.z > 0.05);
 }

@@ -14,7 +14,7 @@ use cotouch_scene::{Override, Scene, parse};
 use glam::DVec3;
 
 /// The paper's spring: K_o = 200 N/m, 1000 Hz and 20 Hz, so that N = 50. The surface is at x = 0, hands come from −x.
-pub const SPRING: &str = r#"
+pub(crate) const SPRING: &str = r#"
 [session]
 users = 1
 [rates]
@@ -42,7 +42,7 @@ position_m = [-0.005, 0, 0]
 "#;
 
 /// A block of 4 × 4 × 2 cells of 20 mm, fixed at z = 0; its top is at z = 0.04.
-pub const BLOCK: &str = r#"
+pub(crate) const BLOCK: &str = r#"
 space = "space"
 [session]
 users = 2
@@ -76,25 +76,25 @@ name = "ben"
 position_m = [0.055, 0.038, 0.06]
 "#;
 
-pub fn scene(text: &str, overrides: &[&str]) -> Scene {
+pub(crate) fn scene(text: &str, overrides: &[&str]) -> Scene {
     let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    parse(text, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+    parse(text, "test", None, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
 }
 
 /// One host and its slow simulation, without a network.
 #[derive(Clone)]
-pub struct Rig {
-    pub model: HostModel,
-    pub state: HostState,
-    pub slow: SlowLoop,
-    pub tick: u64,
+pub(crate) struct Rig {
+    pub(crate) model: HostModel,
+    pub(crate) state: HostState,
+    pub(crate) slow: SlowLoop,
+    pub(crate) tick: u64,
     /// Frames that are not due.
-    pub frames: VecDeque<Arc<SlowFrame>>,
-    pub output: TickOutput,
+    pub(crate) frames: VecDeque<Arc<SlowFrame>>,
+    pub(crate) output: TickOutput,
 }
 
 impl Rig {
-    pub fn new(scene: &Scene) -> Self {
+    pub(crate) fn new(scene: &Scene) -> Self {
         let model = HostModel::new(scene, HostIndex::FIRST);
         let mut state = HostState::new(&model);
         let slow = SlowLoop::new(scene).unwrap();
@@ -103,17 +103,17 @@ impl Rig {
     }
 
     /// One tick with the own finger there, at rest. The force on it, N.
-    pub fn tick(&mut self, finger: DVec3) -> DVec3 {
+    pub(crate) fn tick(&mut self, finger: DVec3) -> DVec3 {
         self.tick_with([Reading::point(finger, DVec3::ZERO)].into_iter().collect())
     }
 
-    pub fn tick_with(&mut self, readings: Readings) -> DVec3 {
+    pub(crate) fn tick_with(&mut self, readings: Readings) -> DVec3 {
         self.begin();
         self.finish(&readings)
     }
 
     /// Takes over what is due.
-    pub fn begin(&mut self) {
+    pub(crate) fn begin(&mut self) {
         if let Some(period) = self.model.frame_due(self.tick) {
             let frame = self.frames.pop_front().unwrap();
             assert_eq!(frame.period, Some(period));
@@ -121,7 +121,7 @@ impl Rig {
         }
     }
 
-    pub fn finish(&mut self, readings: &Readings) -> DVec3 {
+    pub(crate) fn finish(&mut self, readings: &Readings) -> DVec3 {
         self.model.tick_into(&mut self.state, self.tick, readings, &mut self.output);
         if let Some(input) = &self.output.slow {
             self.frames.push_back(self.slow.step(input));
@@ -131,7 +131,7 @@ impl Rig {
     }
 
     /// Where the frame in use has the anchor of a slot, m.
-    pub fn anchor(&self, slot: usize) -> DVec3 {
+    pub(crate) fn anchor(&self, slot: usize) -> DVec3 {
         let soft = &self.state.soft;
         soft.contacts[slot].anchor.at(&soft.frame.as_ref().unwrap().positions_m)
     }
