@@ -2,6 +2,7 @@
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use cotouch_host::output::ContactRecord;
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
@@ -11,7 +12,7 @@ use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_world::contact::Phase;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 
 use crate::about::about;
@@ -24,8 +25,8 @@ const PICTURES_PER_S: f64 = 60.0;
 /// Pictures of a host at most: a long recording has fewer a second.
 const MOST_PICTURES: usize = 100_000;
 
-/// Pictures of all hosts together take at most about this many bytes; surfaces are large.
-const MOST_BYTES: usize = 128 << 20;
+/// Pictures of all hosts together take at most about so many bytes: surfaces are large.
+const MOST_BYTES: usize = 256 << 20;
 
 /// A page asks for no more at once.
 pub(crate) const LONGEST_REQUEST_S: f64 = 30.0;
@@ -83,9 +84,9 @@ impl Replay {
     }
 
     fn read<R: Read>(scene: &Scene, recording: RecordingReader<R>) -> Result<Self, RecordingError> {
-        let skin = Skin::of(scene);
-        let of_host = |host| Shots::new(host, scene.session.users, skin.as_ref());
-        let mut shots: Vec<Shots> = scene.hosts().map(of_host).collect();
+        let skin = Skin::of(scene).map(Arc::new);
+        let mut shots: Vec<Shots> =
+            scene.hosts().map(|host| Shots::new(host, scene.session.users, skin.clone())).collect();
         for item in recording {
             let item = item?;
             // A host that the scene does not have is not shown.
@@ -117,25 +118,35 @@ impl Replay {
 
 /// One host's part of a picture.
 struct Shot {
-    /// Which of 60 a second.
+    /// Which of 60 pictures a second.
     slot: i64,
-    /// Session time.
+    /// Session time, s.
     time_s: f64,
-    /// The host encoded.
+    /// The host, encoded.
     host: Vec<u8>,
-    /// The soft object's surface encoded; nothing where there is none.
-    surface: Vec<u8>,
+    /// The soft object's surface in use, encoded; several pictures may show the same.
+    surface: Option<Arc<[u8]>>,
+}
+
+impl Shot {
+    fn size(&self) -> usize {
+        self.host.len() + self.surface.as_ref().map_or(0, |surface| surface.len())
+    }
 }
 
 /// One host's part of the pictures.
-struct Shots<'a> {
+struct Shots {
     host: HostIndex,
     taken: Vec<Shot>,
-    /// What they take, and may take, bytes.
+    /// The surface of the scene's soft object.
+    skin: Option<Arc<Skin>>,
+    /// That surface as it was last shown, encoded.
+    surface: Option<Arc<[u8]>>,
+    /// What the pictures take where every one has its surface, and may take, bytes.
     bytes: usize,
     most_bytes: usize,
-    skin: Option<&'a Skin>,
-    body: Option<Body>,
+    /// As it was recorded since.
+    newer_surface: Option<SurfaceRecord>,
     /// Every so many pictures of 60 a second are kept.
     stride: i64,
     ticks: u64,
@@ -153,41 +164,21 @@ struct Peer {
     steps: Option<(u64, u64)>,
 }
 
-/// The soft object as it came into use last.
-struct Body {
-    positions_m: Vec<DVec3>,
-    stress_pa: Vec<f32>,
-    ko_n_per_m: f64,
-}
-
-impl From<SurfaceRecord> for Body {
-    fn from(record: SurfaceRecord) -> Self {
-        let exactly = |node: [f32; 3]| DVec3::from_array(node.map(f64::from));
-        Self {
-            positions_m: record.positions_m.into_iter().map(exactly).collect(),
-            stress_pa: record.stress_pa,
-            ko_n_per_m: record.ko_n_per_m,
-        }
-    }
-}
-
-impl<'a> Shots<'a> {
-    fn new(host: HostIndex, users: u8, skin: Option<&'a Skin>) -> Self {
-        let (peers, most_bytes) =
-            (vec![Peer::default(); usize::from(users)], MOST_BYTES / usize::from(users));
-        let (taken, body) = (Vec::new(), None);
+impl Shots {
+    fn new(host: HostIndex, users: u8, skin: Option<Arc<Skin>>) -> Self {
         Self {
             host,
-            taken,
-            bytes: 0,
-            most_bytes,
+            taken: Vec::new(),
             skin,
-            body,
+            surface: None,
+            bytes: 0,
+            most_bytes: MOST_BYTES / usize::from(users.max(1)),
+            newer_surface: None,
             stride: 1,
             ticks: 0,
             missed: 0,
             lateness_ns: 0,
-            peers,
+            peers: vec![Peer::default(); usize::from(users)],
         }
     }
 
@@ -204,7 +195,7 @@ impl<'a> Shots<'a> {
                     peer.present = present;
                 }
             }
-            RecordKind::Surface(surface) => self.body = Some(surface.into()),
+            RecordKind::Surface(surface) => self.newer_surface = Some(surface),
             RecordKind::Note(Note::Skipped { ticks }) => self.missed = self.missed.saturating_add(ticks),
             _ => {}
         }
@@ -218,33 +209,43 @@ impl<'a> Shots<'a> {
         if slot % self.stride != 0 || self.taken.last().is_some_and(|last| slot <= last.slot) {
             return;
         }
-        let (mut host, mut surface) = (Vec::new(), Vec::new());
+        let mut host = Vec::new();
         encode_host(&self.snapshot(tick, time_s), &mut host);
-        self.encode_surface(&mut surface);
-        self.bytes += host.len() + surface.len();
-        self.taken.push(Shot { slot, time_s, host, surface });
+        let surface = self.encoded_surface();
+        let shot = Shot { slot, time_s, host, surface };
+        self.bytes += shot.size();
+        self.taken.push(shot);
         self.lateness_ns = 0;
         if self.taken.len() >= MOST_PICTURES || self.bytes > self.most_bytes {
             self.thin_out();
         }
     }
 
-    fn encode_surface(&self, out: &mut Vec<u8>) {
-        let (Some(skin), Some(body)) = (self.skin, &self.body) else { return };
-        let Body { positions_m, stress_pa, ko_n_per_m } = body;
-        skin.encode(self.host, Deformed { positions_m, stress_pa, ko_n_per_m: *ko_n_per_m }, out);
-    }
-
     /// Keeps every second picture, from here on too.
     fn thin_out(&mut self) {
         self.stride *= 2;
         self.taken.retain(|shot| shot.slot % self.stride == 0);
-        self.bytes = self.taken.iter().map(|shot| shot.host.len() + shot.surface.len()).sum();
+        self.bytes = self.taken.iter().map(Shot::size).sum();
+    }
+
+    /// The surface that was recorded last, if it is one of the scene's soft object.
+    fn encoded_surface(&mut self) -> Option<Arc<[u8]>> {
+        if let (Some(skin), Some(record)) = (&self.skin, self.newer_surface.take()) {
+            let positions_m: Vec<DVec3> =
+                record.positions_m.iter().map(|&node| Vec3::from_array(node).as_dvec3()).collect();
+            let (stress_pa, ko_n_per_m) = (record.stress_pa.as_slice(), record.ko_n_per_m);
+            let body = Deformed { positions_m: &positions_m, stress_pa, ko_n_per_m };
+            let mut bytes = Vec::new();
+            if skin.encode(self.host, body, &mut bytes) {
+                self.surface = Some(bytes.into());
+            }
+        }
+        self.surface.clone()
     }
 
     fn snapshot(&self, tick: &TickRecord, time_s: f64) -> HostSnapshot {
         let fingers = tick.readings.len();
-        let finger = |nth: usize| finger(tick, self.host, nth, fingers);
+        let finger = |nth: usize| finger(tick, self.host, nth);
         let links = self.peers.iter().enumerate().filter(|(index, _)| *index != self.host.index());
         HostSnapshot {
             host: self.host,
@@ -285,8 +286,8 @@ impl Peer {
     }
 }
 
-/// A recording knows the energy of all fingers together, and no pointer.
-fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> FingerSnapshot {
+/// A recording knows no pointer.
+fn finger(tick: &TickRecord, host: HostIndex, nth: usize) -> FingerSnapshot {
     let contact: Option<&ContactRecord> = tick.contact_of(host, nth);
     FingerSnapshot {
         reading: tick.readings[nth],
@@ -296,7 +297,7 @@ fn finger(tick: &TickRecord, host: HostIndex, nth: usize, fingers: usize) -> Fin
         target: None,
         governor_acted: tick.governor_acted.get(nth).copied().unwrap_or(0),
         governor_gain: tick.governor_gain.get(nth).copied().unwrap_or(1.0),
-        energy_j: if fingers == 1 { tick.energy_j } else { f64::NAN },
+        energy_j: tick.finger_energy_j.get(nth).copied().unwrap_or(f64::NAN),
     }
 }
 
@@ -328,8 +329,7 @@ fn merged(mut hosts: Vec<Shots>) -> (Vec<(f64, usize)>, Vec<u8>) {
             .collect();
         let time_s = shown.iter().map(|shot| shot.time_s).fold(f64::NEG_INFINITY, f64::max);
         let parts: Vec<&[u8]> = shown.iter().map(|shot| shot.host.as_slice()).collect();
-        let surfaces = shown.iter().map(|shot| shot.surface.as_slice());
-        let surfaces: Vec<&[u8]> = surfaces.filter(|surface| !surface.is_empty()).collect();
+        let surfaces: Vec<&[u8]> = shown.iter().filter_map(|shot| shot.surface.as_deref()).collect();
         let header = Snapshot { time_s, ..Snapshot::default() };
         encode_merged(&header, &parts, &surfaces, &mut picture);
         bytes.extend((picture.len() as u32).to_le_bytes());

@@ -85,7 +85,7 @@ test("others' copies are drawn as nets when they are wanted", async () => {
   const canvas = server.page.locator(".view-canvas");
   const [, without] = await findColours(server.page, canvas, [BLUE, RED]);
   await openTools(server.page);
-  await server.page.getByLabel("Others' copies").check();
+  await server.page.getByLabel("Others as nets").check();
   await server.page.waitForTimeout(300);
   const [, withNet] = await findColours(server.page, canvas, [BLUE, RED]);
   assert.ok((withNet?.count ?? 0) > (without?.count ?? 0), `${without?.count} and ${withNet?.count} pixels`);
