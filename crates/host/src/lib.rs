@@ -10,7 +10,8 @@
 //!
 //! On a body without a surface `K(h, o) = K·(h − o)`, a coupler to its centre; on one with a surface it is a contact
 //! ([`cotouch_world::contact`]): coupler and friction where the finger touches, nothing elsewhere. Bodies also meet
-//! walls and each other.
+//! walls and each other. A soft body is touched through local models ([`cotouch_world::local`]), own fingers and held
+//! ones, while its simulation runs elsewhere at its own rate ([`soft`]).
 //!
 //! ```
 //! use cotouch_host::{model::HostModel, state::HostState};

@@ -9,6 +9,7 @@
 
 mod contacts;
 mod estimate;
+mod present;
 mod returned;
 mod slow_loop;
 mod stiffness;
@@ -18,7 +19,7 @@ use std::sync::Arc;
 use arrayvec::ArrayVec;
 use cotouch_soft::{MaterialPoint, SoftEnergy};
 use cotouch_world::local::LocalContact;
-use cotouch_world::proxy::MeshSurface;
+use cotouch_world::proxy::{MeshSurface, SurfaceError};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -71,6 +72,21 @@ pub struct SlowFrame {
     pub stress_pa: Vec<f32>,
     /// Energy of the body.
     pub energy: SoftEnergy,
+}
+
+impl SlowFrame {
+    /// The same with the nodes elsewhere (m), all of it seen as if it had always been there: for who varies a state.
+    ///
+    /// # Errors
+    /// When there are more or fewer nodes, or one is not finite.
+    pub fn moved_to(&self, positions_m: Vec<DVec3>) -> Result<Self, SurfaceError> {
+        let mut frame = self.clone();
+        let generation = frame.surface.generation();
+        frame.surface.deform(&positions_m)?;
+        frame.surface.forget_motion(generation);
+        frame.positions_m = positions_m;
+        Ok(frame)
+    }
 }
 
 /// What a host's state holds of a soft body. The frames come from outside, as samples do, and are not saved with it.

@@ -6,7 +6,7 @@ use crate::keys::parts::{
     BODY, FINGER, FINGER_LIST, FINGER_SCRIPT, FIXED, IMPAIRMENT, PLANE, SCRIPT, USER, WAY,
 };
 use crate::keys::scene::{
-    BODY_LIST, FIXED_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST,
+    BODY_LIST, FIXED_LIST, INCLUDE, LINK_IMPAIRMENT, PLANE_LIST, SCENE, SOFT_MESH, USER_LIST, WAY_LIST,
 };
 use crate::tree::{Content, Table, shorten};
 
@@ -74,12 +74,17 @@ pub(crate) fn refuse(rest: Table, prefix: &str, path: &str, known: &[String], er
             _ if !inside.is_empty() => Problem::NotAllowed {
                 key: format!("{prefix}{path}"),
                 found,
-                allowed: format!("a table with {}", inside.join(", ")),
+                allowed: allowed_table(&path, &inside),
             },
             _ => problem(prefix, &path, known),
         };
         errors.push(SceneError { place: node.place, problem });
     }
+}
+
+fn allowed_table(path: &str, inside: &[&str]) -> String {
+    let table = format!("a table with {}", inside.join(", "));
+    if path == SOFT_MESH.0 { format!("the path of a file, or {table}") } else { table }
 }
 
 /// What is wrong with a key that is not among `known`.

@@ -1,11 +1,15 @@
 //! Any scene survives being written and read; no text and no override makes the reader panic.
 
+use std::sync::Arc;
+
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
-    Action, Architecture, Body, Coordination, DeviceKind, Finger, Impairment, Integrator, PlayOut, Shape,
-    ShapeKind, Space, VelocityEstimate, WallPlane, WallSides, Way,
+    Action, Architecture, Body, Coordination, DeviceKind, Finger, FixedRegion, Impairment, Integrator,
+    LocalModelKind, PlayOut, ReturnedForce, Shape, ShapeKind, SoftMeshKind, SoftModel, Space, StiffnessFrom,
+    SurfaceHold, VelocityEstimate, WallPlane, WallSides, Way,
 };
-use cotouch_scene::{Override, Scene, builtin, load, parse, parse_bytes, scene_hash, to_toml};
+use cotouch_scene::soft_mesh::SoftMesh;
+use cotouch_scene::{Override, Scene, builtin, load, parse, parse_bytes, scene_hash, to_toml, with_override};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -194,6 +198,51 @@ fn scene() -> impl Strategy<Value = Scene> {
     )
 }
 
+/// `scene` with a soft object, held at its lower end, in place of the rigid one.
+fn with_soft() -> impl Strategy<Value = Scene> {
+    let mesh = (0..4u8, [1..4u32, 1..4, 1..4], [0.2..0.3f64, 0.2..0.3, 0.2..0.3], vector());
+    let words = (0..3u8, 0..4u8, 0..3u8, any::<bool>(), any::<bool>());
+    (scene(), mesh, words, prop::array::uniform16(0.0..1.0f64)).prop_map(
+        |(mut scene, (generator, cells, size, origin_m), words, at)| {
+            scene.wall.stiffness_n_per_m = 0.0;
+            scene.rates.simulation_hz = scene.rates.network_hz;
+            let soft = &mut scene.soft;
+            soft.mesh.generator =
+                [SoftMeshKind::Beam, SoftMeshKind::Block, SoftMeshKind::Ball, SoftMeshKind::Organ]
+                    [usize::from(generator)];
+            soft.model =
+                [SoftModel::MassSpring, SoftModel::Corotational, SoftModel::Balloon][usize::from(words.0)];
+            (soft.mesh.cells, soft.mesh.size_m, soft.mesh.radius_m) = (cells, size.into(), size[0]);
+            (soft.mesh.origin_m, soft.mesh.edge_m) = (origin_m, 0.1 + 0.05 * at[0]);
+            (soft.young_pa, soft.poisson_ratio) = (1.0 + at[0] * 1e6, 0.2 + at[1] * 0.1);
+            (soft.density_kg_per_m3, soft.mass_damping_per_s) = (1.0 + at[2], at[3] / 3.0);
+            (soft.stiffness_damping_s, soft.newton_steps, soft.quasi_static) = (at[4], 20, words.3);
+            (soft.skin_thickness_m, soft.skin_stretch) = (1e-6 + at[5] * 0.09, 1.01 + at[6]);
+            let reach = DVec3::from(size) * 2.0;
+            let middle = origin_m.z + if generator < 2 { 0.0 } else { 0.05 };
+            let to_m = (origin_m + reach).with_z(middle);
+            soft.fixed = vec![FixedRegion { from_m: origin_m - reach, to_m }];
+            soft.nodes = Some(Arc::new(SoftMesh::of(soft).unwrap()));
+            let local = &mut scene.local_model;
+            local.kind =
+                [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
+                    [usize::from(words.1)];
+            local.returned_force =
+                [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last][usize::from(words.2)];
+            local.result_delay_periods = u32::from(words.1);
+            (local.stiffness_n_per_m, local.stiffness_ratio) = (at[7] * 1e3, at[8]);
+            (local.integral_n_per_m, local.integral_ratio) = (at[9], at[10] * 10.0);
+            if words.3 {
+                (local.stiffness_from, local.hold) = (StiffnessFrom::Estimate, SurfaceHold::First);
+            }
+            local.sides = if words.4 { WallSides::Two } else { WallSides::One };
+            (local.exit_threshold_m, local.entry_threshold_m) = (at[11] * 0.1, at[12] * 0.1);
+            (local.threshold_force_n, local.drain_periods, local.friction) = (at[13], 0.01 + at[14], at[15]);
+            scene
+        },
+    )
+}
+
 /// A built-in scene's text with one stretch replaced.
 fn mutated() -> impl Strategy<Value = String> {
     let texts: Vec<&'static str> = builtin::names().filter_map(builtin::source).collect();
@@ -233,6 +282,17 @@ proptest! {
         prop_assert_eq!(&to_toml(&read), &text);
         prop_assert_eq!(&read, &scene);
         prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
+    }
+
+    #[test]
+    fn a_soft_scene_survives_being_written_and_read(scene in with_soft()) {
+        let text = to_toml(&scene);
+        let read = parse(&text, "copy.toml", None, &[]).map_err(|e| TestCaseError::fail(format!("{e}\n{text}")))?;
+        prop_assert_eq!(&to_toml(&read), &text);
+        prop_assert_eq!(&read, &scene);
+        prop_assert_eq!(scene_hash(&read), scene_hash(&scene));
+        let softer = with_override(&scene, "soft.young_pa", 7.0).unwrap();
+        prop_assert_eq!(parse(&to_toml(&softer), "copy.toml", None, &[]).unwrap(), softer);
     }
 
     #[test]

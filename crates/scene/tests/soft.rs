@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
-use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Scene, SoftMeshKind, SoftModel};
+use cotouch_scene::scene::{Action, LocalModelKind, ReturnedForce, Scene, SoftMeshKind, SoftModel};
 use cotouch_scene::soft_mesh::{SoftMesh, solids};
-use cotouch_scene::{Override, parse, scene_hash, to_toml, with_override};
+use cotouch_scene::{Override, builtin, load, parse, scene_hash, to_toml, with_override};
 use glam::DVec3;
+use parry3d_f64::query::PointQuery as _;
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
 const BLOCK: &str = r#"
 space = "space"
@@ -226,6 +228,18 @@ fn balls_and_organs_are_filled_with_good_tetrahedra() {
 }
 
 #[test]
+fn an_organ_fills_its_half_axes() {
+    let (half_axes, centre) = (DVec3::new(0.1, 0.2, 0.3), DVec3::new(1.0, 2.0, 3.0));
+    let mesh = solids::organ(half_axes, 0.03, centre).unwrap();
+    let part = |node: &DVec3| (*node - centre) / half_axes;
+    let high = mesh.nodes_m.iter().map(part).reduce(DVec3::max).unwrap();
+    let low = mesh.nodes_m.iter().map(part).reduce(DVec3::min).unwrap();
+    let expected = DVec3::new(1.0, 0.94, 1.0);
+    assert!((high - expected).abs().max_element() < 0.05, "{high}");
+    assert!((low + expected).abs().max_element() < 0.05, "{low}");
+}
+
+#[test]
 fn generators_are_known_by_their_names() {
     for (mesh, model, tetrahedra) in [
         ("{ generator = \"ball\", radius_m = 0.05 }", "corotational", true),
@@ -241,4 +255,33 @@ fn generators_are_known_by_their_names() {
     let ball = soft("{ generator = \"ball\", radius_m = 1 }", "corotational", LOWER_HALF);
     let told = told(&ball, &["soft.mesh.edge_m=0.01"]);
     assert!(told.contains("it must be a mesh of at most 200000"), "{told}");
+}
+
+/// How far a point is outside of a closed surface, m; below 0 inside.
+fn outside_by(mesh: &SoftMesh, point: DVec3) -> f64 {
+    let surface =
+        TriMesh::with_flags(mesh.nodes_m.clone(), mesh.triangles.clone(), TriMeshFlags::ORIENTED).unwrap();
+    let nearest = surface.project_local_point(point, false);
+    let distance = nearest.point.distance(point);
+    if nearest.is_inside { -distance } else { distance }
+}
+
+/// Fingers of built-in scenes with a soft object start off it, and whoever reaches anywhere reaches into it.
+#[test]
+fn built_in_scripts_touch_the_soft_object() {
+    let scenes: Vec<Scene> = builtin::names().map(|name| load(name, &[]).unwrap()).collect();
+    for scene in scenes.iter().filter(|scene| scene.soft.exists() && scene.soft.mesh().tied_n_per_m == 0.0) {
+        let depth = |point: DVec3| scene.hand.finger_radius_m - outside_by(scene.soft.mesh(), point);
+        for user in &scene.users {
+            let starts = user.fingers.iter().map(|finger| depth(finger.position_m));
+            assert!(starts.fold(f64::NEG_INFINITY, f64::max) < 0.0, "{}: {}", scene.name, user.name);
+            let reach = |action: &Action| match action {
+                Action::Reach { to_m, .. } => Some(depth(*to_m)),
+                _ => None,
+            };
+            let scripts = user.fingers.iter().flat_map(|finger| &finger.script).chain(&user.script);
+            let deepest = scripts.filter_map(reach).reduce(f64::max);
+            assert!(deepest.is_none_or(|depth| depth > 1e-3), "{}: {} {deepest:?}", scene.name, user.name);
+        }
+    }
 }

@@ -205,6 +205,17 @@ fn a_bad_file_says_what_is_wrong() {
     insta::assert_snapshot!(messages.join("\n"));
 }
 
+/// Neither deep nor long nonsense takes a stack or memory of its size.
+#[test]
+fn nonsense_is_refused_soon() {
+    let deep = "<VTKFile type=\"UnstructuredGrid\">".repeat(50_000);
+    assert!(Cells::parse(Format::Vtu, deep.as_bytes()).is_err());
+    let many = format!("# vtk DataFile Version 5.1\n\nBINARY\nPOINTS {} double\n", u64::MAX);
+    assert!(Cells::parse(Format::Vtk, many.as_bytes()).is_err());
+    let many = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n{0} {0} {0} {0}\n", u64::MAX);
+    assert!(Cells::parse(Format::Msh, many.as_bytes()).is_err());
+}
+
 proptest! {
     /// No damage makes a reader panic; what is still read is only what exists.
     #[test]

@@ -22,7 +22,7 @@ use self::evaluation::Evaluation;
 use self::rotation::norm_squared;
 use self::solver::Solver;
 use crate::body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState};
-use crate::factor::{BlockMatrix, Factor, Symbolic};
+use crate::factor::{BlockMatrix, Factor, FactorOf, Symbolic};
 use crate::linear::LinearBody;
 use crate::mesh::{edges, fixed_nodes, node_volumes, not_held};
 
@@ -102,7 +102,7 @@ impl Corotational {
             present,
             stiffness: BlockMatrix::new(symbolic.clone()),
             damper: BlockMatrix::new(symbolic.clone()),
-            solver: Solver::new(symbolic.clone()),
+            solver: Solver::new(constants.rough_factor()),
             constants,
         })
     }
@@ -120,7 +120,6 @@ impl Corotational {
             + at_rest
             + matrices
             + size_of_val(&*constants.free_mass_kg)
-            + constants.symbolic.memory_bytes()
             + self.present.memory_bytes()
             + self.trial.memory_bytes()
             + self.solver.memory_bytes()
@@ -173,6 +172,14 @@ impl Constants {
         };
         constants.factorise_at_rest();
         Ok(constants)
+    }
+
+    /// Room for a factor of few digits, which shares what it can with the one at rest.
+    fn rough_factor(&self) -> FactorOf<f32> {
+        match &self.at_rest {
+            Ok(factor) => FactorOf::like(factor),
+            Err(_) => FactorOf::new(self.symbolic.clone()),
+        }
     }
 
     fn factorise_at_rest(&mut self) {

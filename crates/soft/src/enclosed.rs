@@ -95,6 +95,6 @@ impl Enclosed {
 }
 
 /// The matrix that crosses a vector with others from the left.
-fn cross_matrix(v: DVec3) -> DMat3 {
+pub(crate) fn cross_matrix(v: DVec3) -> DMat3 {
     DMat3::from_cols(DVec3::new(0.0, v.z, -v.y), DVec3::new(-v.z, 0.0, v.x), DVec3::new(v.y, -v.x, 0.0))
 }

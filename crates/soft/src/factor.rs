@@ -33,8 +33,10 @@
 mod block_matrix;
 mod cholesky;
 mod dissection;
+mod substitution;
 mod symbolic;
 
 pub use block_matrix::BlockMatrix;
-pub use cholesky::{Factor, NotPositive};
+pub use cholesky::{Factor, FactorOf, NotPositive, Number};
+pub use substitution::Arithmetic;
 pub use symbolic::{Slot, Symbolic};

@@ -11,12 +11,17 @@
 //! displacement is shortened until the body has no more energy than it had plus the work of the forces: energy never grows
 //! without input, however the Newton steps went.
 
+mod constants;
+mod potential;
+
 use std::sync::Arc;
 
 use cotouch_scene::scene::Scene;
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
 
+use self::constants::{Constants, RestCompliance, VolumeGradient};
+use self::potential::Potential;
 use crate::body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState};
 use crate::enclosed::Enclosed;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
@@ -32,8 +37,6 @@ const MOST_QUASI_STATIC_STEPS: usize = 30;
 const SETTLED: f64 = 1e-12;
 /// One that rounding keeps from going further downhill may be this long.
 const NEARLY_SETTLED: f64 = 1e-7;
-/// Φ has to fall by this part of what its slope promises.
-const SUFFICIENT: f64 = 1e-4;
 /// How often a step is halved before it is given up.
 const MOST_HALVINGS: usize = 40;
 /// Energies that differ by less than this part of themselves count as equal.
@@ -70,47 +73,6 @@ pub(crate) struct Parts<E> {
     pub(crate) not_held: Option<String>,
 }
 
-/// What does not change.
-struct Constants<E> {
-    parts: Parts<E>,
-    size_m: f64,
-    symbolic: Arc<Symbolic>,
-    period_s: f64,
-    mass_damping_per_s: f64,
-    stiffness_damping_s: f64,
-    newton_steps: usize,
-    quasi_static: bool,
-    gravity_m_per_s2: DVec3,
-    rest_energy_j: f64,
-    at_rest: Option<RestCompliance>,
-}
-
-/// What answers how compliant the body is about rest.
-struct RestCompliance {
-    factor: Factor,
-    /// Of a body that keeps its volume: the volume's gradient, and what the factor makes of it.
-    volume: Option<VolumeGradient>,
-}
-
-/// A volume's gradient `g` over the free coordinates.
-struct VolumeGradient {
-    gradient: Vec<f64>,
-    /// `A⁻¹·g`, with A the matrix that is solved with.
-    solved: Vec<f64>,
-    /// `gᵀ·A⁻¹·g`.
-    product: f64,
-}
-
-/// A step of Newton's method.
-struct NewtonStep {
-    /// What is subtracted from the free coordinates.
-    step: Vec<f64>,
-    /// How fast Φ falls on it.
-    fall: f64,
-    /// A direction over all nodes that changes the volume, in a body that keeps it.
-    swelling: Option<Vec<DVec3>>,
-}
-
 /// A body that [`Elastic`] holds together.
 #[derive(Clone)]
 pub(crate) struct ImplicitBody<E> {
@@ -118,25 +80,6 @@ pub(crate) struct ImplicitBody<E> {
     state: SoftState,
     matrix: BlockMatrix,
     factor: Factor,
-}
-
-/// The potential that a search makes least.
-struct Potential<'a> {
-    start_m: &'a [DVec3],
-    velocity_m_per_s: &'a [DVec3],
-    forces_n: Vec<DVec3>,
-    /// (1 + h·α)/h², 1/s²; 0 in a search for equilibrium.
-    inertia: f64,
-    /// 1/h, 1/s; 0 in a search for equilibrium.
-    momentum: f64,
-    /// β/h; 0 in a search for equilibrium.
-    damping: f64,
-    /// K₀, where it damps.
-    damper: Option<BlockMatrix>,
-    /// Whether K₀ is without the parts that are not positive.
-    positive_damper: bool,
-    /// The pressure of the enclosed volume, Pa, where forces do not tell it.
-    known_pressure_pa: Option<f64>,
 }
 
 impl<E: Elastic> ImplicitBody<E> {
@@ -324,280 +267,6 @@ impl<E: Elastic> ImplicitBody<E> {
         }
         self.state.positions_m.copy_from_slice(base_m);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
-    }
-}
-
-impl<'a> Potential<'a> {
-    fn of_equilibrium(start: &'a SoftState, forces_n: Vec<DVec3>) -> Self {
-        Self {
-            start_m: &start.positions_m,
-            velocity_m_per_s: &start.velocities_m_per_s,
-            forces_n,
-            inertia: 0.0,
-            momentum: 0.0,
-            damping: 0.0,
-            damper: None,
-            positive_damper: false,
-            known_pressure_pa: None,
-        }
-    }
-
-    /// Inertia and damping of a period.
-    fn add_time<E>(&mut self, constants: &Constants<E>) {
-        let Constants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *constants;
-        self.inertia = (1.0 + period_s * mass_damping_per_s) / (period_s * period_s);
-        self.momentum = 1.0 / period_s;
-        self.damping = stiffness_damping_s / period_s;
-    }
-}
-
-impl<E: Elastic> Constants<E> {
-    /// Gravity and the points' forces on every node, N; forces that are not finite count as none.
-    fn external_forces(&self, points: &[PointForce]) -> Vec<DVec3> {
-        let mut forces: Vec<DVec3> =
-            self.parts.mass_kg.iter().map(|mass| *mass * self.gravity_m_per_s2).collect();
-        for point in points.iter().filter(|point| point.force_n.is_finite()) {
-            for (&node, weight) in point.at.nodes.iter().zip(point.at.weights) {
-                forces[node as usize] += weight * point.force_n;
-            }
-        }
-        forces
-    }
-
-    /// From rest.
-    fn elastic_j(&self, positions_m: &[DVec3]) -> f64 {
-        self.parts.elastic.energy_j(positions_m) - self.rest_energy_j
-    }
-
-    fn kinetic_j(&self, velocities: &[DVec3]) -> f64 {
-        let each = self.parts.mass_kg.iter().zip(velocities);
-        each.map(|(mass, velocity)| 0.5 * mass * velocity.length_squared()).sum()
-    }
-
-    /// Φ.
-    fn potential(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> f64 {
-        let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
-        let mut value = self.parts.elastic.energy_j(positions_m);
-        for (node, (position, start)) in positions_m.iter().zip(*start_m).enumerate() {
-            let (moved, mass) = (*position - *start, self.parts.mass_kg[node]);
-            value += mass
-                * (0.5 * inertia * moved.length_squared() - momentum * velocity_m_per_s[node].dot(moved));
-            value -= forces_n[node].dot(moved);
-        }
-        match &potential.damper {
-            None => value,
-            Some(damper) => {
-                let moved = self.displacement(start_m, positions_m);
-                let mut force = vec![0.0; moved.len()];
-                damper.multiply(&moved, &mut force);
-                value + 0.5 * damping * dot(&moved, &force)
-            }
-        }
-    }
-
-    /// Φ's gradient.
-    fn gradient(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> Vec<f64> {
-        let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
-        let mut down = forces_n.clone();
-        self.parts.elastic.add_forces(positions_m, &mut down);
-        for (node, force) in down.iter_mut().enumerate() {
-            let moved = positions_m[node] - start_m[node];
-            *force -= self.parts.mass_kg[node] * (*inertia * moved - *momentum * velocity_m_per_s[node]);
-        }
-        let mut gradient = self.symbolic.gather(&down);
-        gradient.iter_mut().for_each(|part| *part = -*part);
-        if let Some(damper) = &potential.damper {
-            let mut force = vec![0.0; gradient.len()];
-            damper.multiply(&self.displacement(start_m, positions_m), &mut force);
-            gradient.iter_mut().zip(force).for_each(|(part, force)| *part += damping * force);
-        }
-        gradient
-    }
-
-    /// Φ's second derivative.
-    fn fill(
-        &self,
-        matrix: &mut BlockMatrix,
-        potential: &Potential<'_>,
-        positions_m: &[DVec3],
-        positive: bool,
-    ) {
-        matrix.clear();
-        self.add_stiffness(matrix, potential, positions_m, positive, 1.0);
-        if potential.damping > 0.0 {
-            let positive = positive || potential.positive_damper;
-            self.add_stiffness(matrix, potential, potential.start_m, positive, potential.damping);
-        }
-        for (place, &node) in self.symbolic.order().iter().enumerate() {
-            matrix.add_to_diagonal(place, potential.inertia * self.parts.mass_kg[node as usize]);
-        }
-    }
-
-    /// Adds `scale` times the tangent stiffness: of the skin or springs, and of the pressure, whose direction turns with them.
-    fn add_stiffness(
-        &self,
-        matrix: &mut BlockMatrix,
-        potential: &Potential<'_>,
-        positions_m: &[DVec3],
-        positive: bool,
-        scale: f64,
-    ) {
-        self.parts.elastic.add_tangent(positions_m, positive, scale, matrix);
-        if let (Some(enclosed), false) = (&self.parts.enclosed, positive) {
-            let known = potential.known_pressure_pa;
-            let pressure_pa =
-                known.unwrap_or_else(|| self.pressure_pa(enclosed, positions_m, &potential.forces_n));
-            enclosed.add_second(positions_m, -scale * pressure_pa, matrix);
-        }
-    }
-
-    /// The pressure that comes nearest to balancing all forces.
-    fn pressure_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3], forces_n: &[DVec3]) -> f64 {
-        let mut forces = forces_n.to_vec();
-        self.parts.elastic.add_forces(positions_m, &mut forces);
-        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
-        -dot(&gradient, &self.symbolic.gather(&forces)) / dot(&gradient, &gradient).max(f64::MIN_POSITIVE)
-    }
-
-    /// The pressure that balances the forces of most nodes: what it is in equilibrium, whatever is pressed on a few of them.
-    fn pressure_of_most_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
-        let mut forces = self.external_forces(&[]);
-        self.parts.elastic.add_forces(positions_m, &mut forces);
-        let gradient = enclosed.gradient(positions_m);
-        let free = self.symbolic.order().iter().map(|&node| (forces[node as usize], gradient[node as usize]));
-        let mut pressures: Vec<f64> =
-            free.map(|(force, area)| -force.dot(area) / area.length_squared()).collect();
-        pressures.sort_unstable_by(f64::total_cmp);
-        pressures.get(pressures.len() / 2).copied().unwrap_or(0.0)
-    }
-
-    /// Newton's step from some positions, with the factor of Φ's second derivative there.
-    fn newton_step(&self, potential: &Potential<'_>, positions_m: &[DVec3], factor: &Factor) -> NewtonStep {
-        let gradient = self.gradient(potential, positions_m);
-        let mut step = gradient.clone();
-        factor.solve_in_place(&mut step);
-        let volume =
-            self.parts.enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, positions_m, factor));
-        if let Some(volume) = &volume {
-            let share = dot(&volume.gradient, &step) / volume.product;
-            step.iter_mut().zip(&volume.solved).for_each(|(step, solved)| *step -= share * solved);
-        }
-        let fall = dot(&step, &gradient);
-        NewtonStep { step, fall, swelling: volume.map(|volume| self.scattered(&volume.solved)) }
-    }
-
-    fn volume_gradient(&self, enclosed: &Enclosed, positions_m: &[DVec3], factor: &Factor) -> VolumeGradient {
-        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
-        let mut solved = gradient.clone();
-        factor.solve_in_place(&mut solved);
-        let product = dot(&gradient, &solved);
-        VolumeGradient { gradient, solved, product }
-    }
-
-    /// `None` if the body can move without deforming.
-    fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
-        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
-        let start =
-            SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
-        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
-        let mut matrix = BlockMatrix::new(self.symbolic.clone());
-        self.fill(&mut matrix, &potential, rest_m, false);
-        if not_held.is_some() || factor.refactor(&matrix).is_err() {
-            return None;
-        }
-        let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
-        Some(RestCompliance { factor, volume })
-    }
-
-    /// The first of the steps 1, 1/2, 1/4 … on which Φ falls, and Φ there.
-    fn downhill(
-        &self,
-        potential: &Potential<'_>,
-        from_m: &[DVec3],
-        value: f64,
-        newton: &NewtonStep,
-    ) -> Option<(Vec<DVec3>, f64)> {
-        let full = self.scattered(&newton.step);
-        let rounding = ROUNDING * (value.abs() + self.parts.elastic.energy_j(from_m).abs());
-        let mut part = 1.0;
-        for _ in 0..MOST_HALVINGS {
-            let mut to_m: Vec<DVec3> =
-                from_m.iter().zip(&full).map(|(from, step)| *from - part * *step).collect();
-            let kept = match (&self.parts.enclosed, &newton.swelling) {
-                (Some(enclosed), Some(swelling)) => enclosed.restore(&mut to_m, swelling),
-                _ => true,
-            };
-            let there = self.potential(potential, &to_m);
-            if kept && there <= value - SUFFICIENT * part * newton.fall + rounding {
-                return Some((to_m, there));
-            }
-            part *= 0.5;
-        }
-        None
-    }
-
-    /// A field over all nodes without its part on fixed ones.
-    fn free_part(&self, mut field: Vec<DVec3>) -> Vec<DVec3> {
-        field
-            .iter_mut()
-            .zip(&self.parts.fixed)
-            .filter(|(_, fixed)| **fixed)
-            .for_each(|(part, _)| *part = DVec3::ZERO);
-        field
-    }
-
-    fn displacement(&self, from_m: &[DVec3], to_m: &[DVec3]) -> Vec<f64> {
-        let moved: Vec<DVec3> = to_m.iter().zip(from_m).map(|(to, from)| *to - *from).collect();
-        self.symbolic.gather(&moved)
-    }
-
-    /// A vector over the free coordinates as a field over the nodes, zero where they are fixed.
-    fn scattered(&self, vector: &[f64]) -> Vec<DVec3> {
-        let mut field = vec![DVec3::ZERO; self.parts.rest_m.len()];
-        self.symbolic.scatter(vector, &mut field);
-        field
-    }
-
-    /// The largest stiffness of a node about rest, N/m.
-    fn stiffness_n_per_m(&self) -> f64 {
-        let mut matrix = BlockMatrix::new(self.symbolic.clone());
-        self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
-        let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
-        diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
-    }
-
-    /// The linearised step about the start of `potential`, whose matrix was exact or not.
-    fn linear(&self, potential: &Potential<'_>, exact: bool) -> LinearBody {
-        let stiffness = |positive| {
-            let mut matrix = BlockMatrix::new(self.symbolic.clone());
-            self.add_stiffness(&mut matrix, potential, potential.start_m, positive, 1.0);
-            matrix.entries()
-        };
-        let order = self.symbolic.order();
-        let gradient = |enclosed: &Enclosed| self.symbolic.gather(&enclosed.gradient(potential.start_m));
-        LinearBody {
-            period_s: self.period_s,
-            quasi_static: self.quasi_static,
-            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
-            mass_kg: order.iter().flat_map(|&node| [self.parts.mass_kg[node as usize]; 3]).collect(),
-            mass_damping_per_s: self.mass_damping_per_s,
-            stiffness_damping_s: self.stiffness_damping_s,
-            stiffness: stiffness(false),
-            step_stiffness: (!exact).then(|| stiffness(true)),
-            volume_gradient: self.parts.enclosed.as_ref().map(gradient),
-        }
-    }
-
-    /// The unit forces of a point along x, y and z, in the free coordinates: three columns.
-    fn unit_forces(&self, points: &[MaterialPoint]) -> DMatrix<f64> {
-        let mut columns = DMatrix::zeros(self.symbolic.coordinates(), 3 * points.len());
-        for (index, point) in points.iter().enumerate() {
-            for (&node, weight) in point.nodes.iter().zip(point.weights) {
-                let Some(place) = self.symbolic.position(node) else { continue };
-                (0..3).for_each(|axis| columns[(3 * place + axis, 3 * index + axis)] += weight);
-            }
-        }
-        columns
     }
 }
 

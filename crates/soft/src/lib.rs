@@ -16,6 +16,7 @@ pub mod corotational;
 mod enclosed;
 pub mod factor;
 mod implicit;
+mod inversion;
 pub mod linear;
 mod locate;
 mod mass_spring;

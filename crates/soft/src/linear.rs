@@ -144,14 +144,16 @@ struct ConstrainedSolver<'a> {
 /// Of a matrix that is symmetric, and positive definite unless a body is pressed beyond its strength.
 enum SymmetricFactor {
     Positive(Llt<u32, f64>),
-    Indefinite(Lu<u32, f64>),
+    Indefinite(Box<Lu<u32, f64>>),
 }
 
 impl<'a> ConstrainedSolver<'a> {
     fn new(matrix: &SparseColMat<u32, f64>, gradient: Option<&'a [f64]>) -> Self {
         let factor = match matrix.sp_cholesky(Side::Lower) {
             Ok(factor) => SymmetricFactor::Positive(factor),
-            Err(_) => SymmetricFactor::Indefinite(matrix.sp_lu().expect("the step's matrix is regular")),
+            Err(_) => {
+                SymmetricFactor::Indefinite(Box::new(matrix.sp_lu().expect("the step's matrix is regular")))
+            }
         };
         let mut solver = Self { factor, constraint: None };
         solver.constraint = gradient.map(|gradient| {

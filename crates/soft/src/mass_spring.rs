@@ -4,7 +4,11 @@
 //! tetrahedra the `(2√2/25)·l·E` of Lloyd, Székely & Harders (2007), which comes closest to linear tetrahedra of Young's
 //! modulus `E`. Springs that act along the line between two points can only stand for a material of Poisson's ratio 1/4.
 //!
-//! Springs do not feel which side of a tetrahedron is which: one that was pushed through itself may stay so.
+//! Tetrahedra that are pressed together or pushed through themselves push back (`inversion`).
+//!
+//! A network has the directions of its edges: cubes that are cut into six tetrahedra are
+//! stiffer along the axes (a uniaxial strain ε gives a von Mises stress of 1.31·E·ε, against the material's 0.8·E·ε);
+//! a bar of such cubes that is pulled along x has 0.95 of the material's Young's modulus.
 
 use cotouch_scene::scene::Scene;
 use cotouch_scene::soft_mesh::SoftMesh;
@@ -13,6 +17,7 @@ use glam::{DMat3, DVec3};
 use crate::body::SoftError;
 use crate::factor::BlockMatrix;
 use crate::implicit::{Elastic, ImplicitBody, Parts, add_pair};
+use crate::inversion::Inversion;
 use crate::mesh;
 
 /// What k·l²/(E·V) is.
@@ -33,6 +38,7 @@ struct Spring {
 #[derive(Clone, Debug)]
 pub(crate) struct Springs {
     springs: Vec<Spring>,
+    inversion: Inversion,
     /// Of every node, to where it rests, N/m.
     tie_n_per_m: f64,
     rest_m: Vec<DVec3>,
@@ -85,9 +91,10 @@ impl Springs {
         } else {
             mesh::node_volumes(&mesh.nodes_m, &mesh.tetrahedra)
         };
-        let springs = springs(mesh, young_pa);
+        let (springs, inversion) = (springs(mesh, young_pa), Inversion::new(mesh, young_pa));
         Self {
             springs,
+            inversion,
             tie_n_per_m: mesh.tied_n_per_m / nodes as f64,
             rest_m: mesh.nodes_m.clone(),
             volume_m3,
@@ -143,10 +150,12 @@ impl Elastic for Springs {
         };
         let ties: f64 =
             positions_m.iter().zip(&self.rest_m).map(|(at, rest)| at.distance_squared(*rest)).sum();
-        self.springs.iter().map(of_spring).sum::<f64>() + 0.5 * self.tie_n_per_m * ties
+        let springs: f64 = self.springs.iter().map(of_spring).sum();
+        springs + 0.5 * self.tie_n_per_m * ties + self.inversion.energy_j(positions_m)
     }
 
     fn add_forces(&self, positions_m: &[DVec3], forces_n: &mut [DVec3]) {
+        self.inversion.add_forces(positions_m, forces_n);
         for spring in &self.springs {
             let (direction, distance) = spring.reach(positions_m);
             let pull = spring.tension_n(distance) * direction;
@@ -160,6 +169,7 @@ impl Elastic for Springs {
     }
 
     fn add_tangent(&self, positions_m: &[DVec3], positive: bool, scale: f64, matrix: &mut BlockMatrix) {
+        self.inversion.add_tangent(positions_m, positive, scale, matrix);
         for spring in &self.springs {
             let block = scale * spring.tangent(positions_m, positive);
             let [a, b] = spring.nodes;

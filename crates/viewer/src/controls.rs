@@ -1,7 +1,7 @@
 //! The lesson's controls: which settings of a scene can be moved, how far, and what they are in plain words.
 
 use cotouch_scene::builtin;
-use cotouch_scene::scene::{Architecture, Scene, ShapeKind};
+use cotouch_scene::scene::{Architecture, Scene, ShapeKind, SoftMeshKind};
 use cotouch_scene::value::Value;
 use serde::Serialize;
 
@@ -48,6 +48,22 @@ mod words {
     pub(super) const NETWORK: Words = ("rates.network_hz", "Packet rate", "Hz", "How often every computer says where its hand and its objects are.");
     pub(super) const COMPENSATION: Words = ("object.damping_n_s_per_m", "Object damping", "N·s/m", "Damping of the object; a negative value compensates the drag that the network adds.");
 
+    pub(super) const MODEL: Words = ("local_model.kind", "Local model", "", "What a hand meets between two results of the simulation. Hold: a force that stays until the next result. P: a spring. Pi: a spring and an integral, which feels as stiff as the object. Compliance: a spring to a surface that gives way as the object would.");
+    /// In N/m, and in units of K_o.
+    pub(super) const STIFFNESS: [Words; 2] = [
+        ("local_model.stiffness_n_per_m", "Local model: stiffness K_h", "N/m", "The spring that a hand feels at once, at the haptic rate."),
+        ("local_model.stiffness_ratio", "Local model: stiffness K_h", "K_o", "The spring that a hand feels at once, at the haptic rate, in units of the object's own stiffness where it is touched."),
+    ];
+    pub(super) const INTEGRAL: [Words; 2] = [
+        ("local_model.integral_n_per_m", "Local model: integral INT", "N/m", "Of pi: how fast the force grows while the hand is inside, in one period of the simulation."),
+        ("local_model.integral_ratio", "Local model: integral INT", "K_o", "Of pi: how fast the force grows while the hand is inside, in one period of the simulation, in units of the object's own stiffness."),
+    ];
+    pub(super) const RETURNED: Words = ("local_model.returned_force", "Force to the simulation", "", "Which force of a period the simulation is told: that of its first tick, the mean of all, or that of its last.");
+    pub(super) const HOLD: Words = ("local_model.hold", "Surface between results", "", "Zero: the surface jumps to each result; first: it moves there evenly, and is one period late.");
+    pub(super) const SIMULATION: Words = ("rates.simulation_hz", "Simulation rate", "Hz", "How often the soft object is simulated.");
+    pub(super) const YOUNG: Words = ("soft.young_pa", "Young's modulus", "Pa", "How firm the material is; of a balloon, its skin.");
+    pub(super) const SPRING: Words = ("soft.mesh.stiffness_n_per_m", "Spring stiffness K_o", "N/m", "The stiffness of the simulated spring.");
+
     pub(super) const BETWEEN_COPIES: [Words; 2] = [
         ("coupling.object_object.stiffness_n_per_m", "Copy to copy: stiffness", "N/m", "How firmly the copies of an object are held together."),
         ("coupling.object_object.damping_n_s_per_m", "Copy to copy: damping", "N·s/m", "How strongly the copies of an object brake each other."),
@@ -70,6 +86,10 @@ const SPAN: f64 = 20.0;
 const FROM_ZERO: (f64, f64) = (2000.0, 50.0);
 /// Network rates that are offered are the haptic rate by these.
 const DIVISORS: [u32; 6] = [2, 4, 8, 16, 32, 64];
+/// Rates of the slow simulation that are offered are the haptic rate by these.
+const SLOW_DIVISORS: [u32; 10] = [4, 8, 10, 16, 20, 25, 32, 40, 50, 64];
+/// The end of the sliders of K_h and INT in units of K_o: well past what can be stable.
+const MOST_RATIO: f64 = 2.5;
 /// How many users a lesson has at most.
 const MOST_USERS: u32 = 8;
 
@@ -86,20 +106,61 @@ pub(crate) fn controls(chosen: &Chosen, scene: &Scene) -> Vec<Control> {
     if users_are_alike(scene) {
         controls.push(whole(words::USERS, 2, MOST_USERS));
     }
-    controls.push(whole(words::DELAY, 0, 8));
-    controls.push(number(words::LATENCY, 0.0, 0.2));
-    controls.push(number(words::JITTER, 0.0, 0.05));
-    controls.push(number(words::LOSS, 0.0, 0.5));
-    controls.push(choice(words::NETWORK, network_rates(scene)));
-    if scene.session.architecture == Architecture::Distributed {
-        controls.extend(words::BETWEEN_COPIES.map(|words| about(words, &own)));
+    if scene.soft.exists() {
+        controls.extend(soft_controls(&own, scene));
     }
-    controls.extend(words::HANDS.map(|words| about(words, &own)));
-    controls.push(number(words::COMPENSATION, -20.0, 20.0));
-    if scene.wall.exists() {
-        controls.extend(words::WALLS.map(|words| about(words, &own)));
+    if scene.session.users > 1 {
+        controls.extend(network_controls(scene));
+    }
+    if !scene.soft.exists() {
+        controls.extend(rigid_controls(&own, scene));
     }
     controls.into_iter().map(|control| reaching(control, scene)).collect()
+}
+
+fn network_controls(scene: &Scene) -> Vec<Control> {
+    vec![
+        whole(words::DELAY, 0, 8),
+        number(words::LATENCY, 0.0, 0.2),
+        number(words::JITTER, 0.0, 0.05),
+        number(words::LOSS, 0.0, 0.5),
+        choice(words::NETWORK, rates(scene, &DIVISORS)),
+    ]
+}
+
+/// Of bodies that are held by couplings.
+fn rigid_controls(own: &Scene, scene: &Scene) -> Vec<Control> {
+    let mut controls = Vec::new();
+    if scene.session.architecture == Architecture::Distributed {
+        controls.extend(words::BETWEEN_COPIES.map(|words| about(words, own)));
+    }
+    controls.extend(words::HANDS.map(|words| about(words, own)));
+    controls.push(number(words::COMPENSATION, -20.0, 20.0));
+    if scene.wall.exists() {
+        controls.extend(words::WALLS.map(|words| about(words, own)));
+    }
+    controls
+}
+
+/// Of a soft object and its local model. Gains are N/m where the scene gives them so, else shares of K_o.
+fn soft_controls(own: &Scene, scene: &Scene) -> Vec<Control> {
+    let gain = |[absolute, ratio]: [Words; 2]| match own.number(absolute.0) {
+        Some(value) if value > 0.0 => about(absolute, own),
+        _ => number(ratio, 0.0, MOST_RATIO),
+    };
+    let words_of = |words: Words, choices: &[&str]| {
+        choice(words, choices.iter().map(|word| (*word).to_owned()).collect())
+    };
+    let firmness = if own.soft.mesh.generator == SoftMeshKind::Spring { words::SPRING } else { words::YOUNG };
+    vec![
+        Control { restarts: false, ..words_of(words::MODEL, &["hold", "p", "pi", "compliance"]) },
+        gain(words::STIFFNESS),
+        gain(words::INTEGRAL),
+        words_of(words::RETURNED, &["first", "mean", "last"]),
+        words_of(words::HOLD, &["zero", "first"]),
+        choice(words::SIMULATION, rates(scene, &SLOW_DIVISORS)),
+        Control { restarts: true, ..about(firmness, own) },
+    ]
 }
 
 /// What the controls are set to in `scene`.
@@ -108,6 +169,7 @@ pub(crate) fn values(controls: &[Control], chosen: &Chosen, scene: &Scene) -> Se
         let setting = match (control.key, scene.get(control.key)) {
             (SCENE, _) => Setting::Choice(chosen.family().to_owned()),
             (ARCHITECTURE, _) => Setting::Choice(architecture(scene).to_owned()),
+            (_, Some(Value::Text(word))) => Setting::Choice(word),
             (_, Some(Value::Rate(rate))) => Setting::Choice(rate.to_string()),
             (_, Some(value)) => Setting::Number(value.number()?),
             (_, None) => return None,
@@ -166,16 +228,17 @@ fn architectures(plain: &Chosen) -> Vec<String> {
 
 /// Hands that all hold one point can be any number.
 fn users_are_alike(scene: &Scene) -> bool {
-    scene.world_bodies().iter().all(|body| body.shape.kind == ShapeKind::Point)
+    !scene.soft.exists() && scene.world_bodies().iter().all(|body| body.shape.kind == ShapeKind::Point)
 }
 
-fn network_rates(scene: &Scene) -> Vec<String> {
+/// Whole parts of the haptic rate.
+fn rates(scene: &Scene, divisors: &[u32]) -> Vec<String> {
     let control = scene.rates.control_hz;
     let by = |divisor: &u32| {
         let hz = control.hz() / f64::from(*divisor);
         (hz >= 8.0 && hz.fract() == 0.0).then(|| hz.to_string())
     };
-    DIVISORS.iter().filter_map(by).collect()
+    divisors.iter().filter_map(by).collect()
 }
 
 fn choice(words: Words, choices: Vec<String>) -> Control {
@@ -267,7 +330,7 @@ mod tests {
 
     #[test]
     fn ends_of_sliders_are_scenes_too() {
-        for name in ["single-axis", "single-axis-centralized", "grasp", "push-wall"] {
+        for name in ["single-axis", "single-axis-centralized", "grasp", "push-wall", "spring", "balloon"] {
             let (chosen, _, controls) = chosen(name, Settings::new());
             for control in controls.iter().filter(|control| control.choices.is_empty()) {
                 for end in [control.low, control.high] {
@@ -290,6 +353,38 @@ mod tests {
         let (_, _, wall) = chosen("push-wall", Settings::new());
         assert!(keys(&wall).contains(&"wall.stiffness_n_per_m"));
         assert!(!keys(&wall).contains(&"session.users"));
+    }
+
+    #[test]
+    fn controls_of_a_soft_object_are_those_of_its_local_model() {
+        let (chosen, scene, block) = chosen("soft-block", Settings::new());
+        let keys = keys(&block);
+        for key in ["local_model.kind", "local_model.stiffness_ratio", "soft.young_pa", "rates.simulation_hz"]
+        {
+            assert!(keys.contains(&key), "{key} is missing in {keys:?}");
+        }
+        let rigid = ["coupling.", "object.", "wall.", "session.users"];
+        assert!(!keys.iter().any(|key| rigid.iter().any(|other| key.starts_with(other))), "{keys:?}");
+        let set = values(&block, &chosen, &scene);
+        assert_eq!(set["local_model.kind"], Setting::Choice("compliance".to_owned()));
+        assert_eq!(set["rates.simulation_hz"], Setting::Choice("60".to_owned()));
+    }
+
+    #[test]
+    fn the_spring_of_one_user_has_gains_in_newtons_per_metre_and_no_network() {
+        let (chosen, _, spring) = chosen("spring", Settings::new());
+        let keys = keys(&spring);
+        assert!(
+            keys.contains(&"local_model.stiffness_n_per_m") && keys.contains(&"soft.mesh.stiffness_n_per_m")
+        );
+        assert!(!keys.iter().any(|key| key.starts_with("link.") || *key == "rates.network_hz"), "{keys:?}");
+        for control in spring.iter().filter(|control| control.key.starts_with("local_model.")) {
+            for word in &control.choices {
+                let setting = Settings::from([(control.key.to_owned(), Setting::Choice(word.clone()))]);
+                let opened = chosen.with(&setting).open();
+                assert!(opened.is_ok(), "{} = {word}: {opened:?}", control.key);
+            }
+        }
     }
 
     #[test]

@@ -25,6 +25,9 @@ const PICTURES_PER_S: f64 = 60.0;
 /// Pictures of a host at most: a long recording has fewer a second.
 const MOST_PICTURES: usize = 100_000;
 
+/// Pictures of all hosts together take at most about so many bytes: surfaces are large.
+const MOST_BYTES: usize = 256 << 20;
+
 /// A page asks for no more at once.
 pub(crate) const LONGEST_REQUEST_S: f64 = 30.0;
 
@@ -125,6 +128,12 @@ struct Shot {
     surface: Option<Arc<[u8]>>,
 }
 
+impl Shot {
+    fn size(&self) -> usize {
+        self.host.len() + self.surface.as_ref().map_or(0, |surface| surface.len())
+    }
+}
+
 /// One host's part of the pictures.
 struct Shots {
     host: HostIndex,
@@ -133,6 +142,9 @@ struct Shots {
     skin: Option<Arc<Skin>>,
     /// That surface as it was last shown, encoded.
     surface: Option<Arc<[u8]>>,
+    /// What the pictures take where every one has its surface, and may take, bytes.
+    bytes: usize,
+    most_bytes: usize,
     /// As it was recorded since.
     newer_surface: Option<SurfaceRecord>,
     /// Every so many pictures of 60 a second are kept.
@@ -159,6 +171,8 @@ impl Shots {
             taken: Vec::new(),
             skin,
             surface: None,
+            bytes: 0,
+            most_bytes: MOST_BYTES / usize::from(users.max(1)),
             newer_surface: None,
             stride: 1,
             ticks: 0,
@@ -198,9 +212,11 @@ impl Shots {
         let mut host = Vec::new();
         encode_host(&self.snapshot(tick, time_s), &mut host);
         let surface = self.encoded_surface();
-        self.taken.push(Shot { slot, time_s, host, surface });
+        let shot = Shot { slot, time_s, host, surface };
+        self.bytes += shot.size();
+        self.taken.push(shot);
         self.lateness_ns = 0;
-        if self.taken.len() >= MOST_PICTURES {
+        if self.taken.len() >= MOST_PICTURES || self.bytes > self.most_bytes {
             self.thin_out();
         }
     }
@@ -209,6 +225,7 @@ impl Shots {
     fn thin_out(&mut self) {
         self.stride *= 2;
         self.taken.retain(|shot| shot.slot % self.stride == 0);
+        self.bytes = self.taken.iter().map(Shot::size).sum();
     }
 
     /// The surface that was recorded last, if it is one of the scene's soft object.

@@ -288,3 +288,46 @@ fn what_is_no_recording_is_refused_in_words() {
     std::fs::write(&path, "not a recording").unwrap();
     assert!(start(&path).to_string().contains("text.mcap"));
 }
+
+/// How far the vertex that moved most is from where it rests, along its largest component, m; of a picture that ends in the
+/// surface of a triangle.
+fn furthest_m(seen: &Seen) -> f64 {
+    let surface = &seen.bytes[seen.bytes.len() - (20 + 3 * 8)..];
+    let step_m = f64::from(f32::from_le_bytes(surface[12..16].try_into().unwrap()));
+    let steps = surface[20..].chunks(2).enumerate().filter(|(nth, _)| nth % 4 != 3);
+    let most = steps.map(|(_, two)| i16::from_le_bytes(two.try_into().unwrap()).unsigned_abs()).max();
+    step_m * f64::from(most.unwrap())
+}
+
+#[test]
+fn a_recording_of_a_soft_object_shows_how_it_gives_way() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("pressed.mcap");
+    let scene = cotouch_scene::load("spring", &[]).unwrap();
+    virtual_run::run(&scene, 2.0, Some(&path), |_| true).unwrap();
+    let viewer = Viewer::start(any_port(), Show::Replay(vec![path]), Arc::new(Silent)).unwrap();
+    let all = pictures(&body(viewer.address(), "/recordings/0/pictures?from_s=0&to_s=30"));
+    let last = all.last().unwrap();
+    assert_eq!((last.hosts, last.surfaces), (1, 1));
+    // A spring of 900 N/m behind one of 100 N/m that a hand presses 25 mm into: (5) of the paper.
+    assert!((1e-3..5e-3).contains(&furthest_m(last)), "{} m", furthest_m(last));
+    let early = all.iter().filter(|seen| seen.time_s < 0.5 && seen.surfaces == 1);
+    assert!(early.map(furthest_m).all(|way_m| way_m < 1e-6));
+}
+
+#[tokio::test]
+async fn a_soft_objects_surface_comes_with_pictures_and_gains_change_while_it_runs() {
+    let stage = with_fake("spring");
+    let mut page = Page::open(&stage).await;
+    let session = page.wait_for("session").await;
+    assert_eq!(session["about"]["soft"]["surface"]["triangles"].as_array().unwrap().len(), 3, "{session}");
+    assert_eq!(session["about"]["bodies"], json!([]));
+    page.picture_with(|seen| seen.surfaces == 1 && furthest_m(seen) > 1e-4).await;
+    page.say(json!({ "type": "set", "settings": { "local_model.stiffness_n_per_m": 150 } })).await;
+    page.wait_until(|message| message["settings"]["local_model.stiffness_n_per_m"] == 150.0).await;
+    stage.until(|stage| stage.live.scene().0.local_model.stiffness_n_per_m == 150.0).await;
+    assert_eq!(stage.live.scene().1, 1, "the session goes on");
+    page.say(json!({ "type": "set", "settings": { "soft.mesh.stiffness_n_per_m": 400 } })).await;
+    page.wait_until(|message| message["type"] == "session" && message["generation"] == 2).await;
+    page.picture_with(|seen| seen.generation == 2 && seen.surfaces == 1).await;
+}

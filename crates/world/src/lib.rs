@@ -10,6 +10,7 @@
 //! * A sphere that touches a surface is held by [`contact::touch`]: a spring and damper across the surface that never
 //!   pulls, another along it, and friction that sticks. Fingers are spheres; bodies meet walls and each other with the
 //!   [`shape::Surface::corners`] that stand for them.
+//! * A sphere that touches a slowly simulated soft body is held by a local model ([`local`]).
 //! * On a line, a wall is a grounded coupler, one-sided or two-sided ([`wall::force`]).
 //! * The ground under bodies in a plane resists by Coulomb's law ([`ground::GroundFriction`]).
 //!

@@ -66,7 +66,9 @@ impl From<TransparencyError> for Failure {
     fn from(error: TransparencyError) -> Self {
         match error {
             TransparencyError::Analysis(_) => Self::Running(error.into()),
-            TransparencyError::Frequency(_) | TransparencyError::User { .. } => Self::usage(error),
+            TransparencyError::Soft | TransparencyError::Frequency(_) | TransparencyError::User { .. } => {
+                Self::usage(error)
+            }
         }
     }
 }

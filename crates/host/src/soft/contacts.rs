@@ -5,22 +5,21 @@ use std::sync::Arc;
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{LocalModel, LocalModelKind, Scene, SurfaceHold};
+use cotouch_scene::scene::{LocalModel, Scene, SurfaceHold};
 use cotouch_scene::time::Schedule;
-use cotouch_world::contact::Phase;
-use cotouch_world::local::compliance::{JointContact, joint_forces};
 use cotouch_world::local::{LocalContact, LocalGains, LocalLaw, SurfaceInUse};
 use glam::DVec3;
 
+use super::present::Present;
 use super::{MAX_SOFT_CONTACTS, SlowFrame, SoftHostState};
 use crate::contacts::Touching;
 use crate::forces::held_finger;
 use crate::model::HostModel;
-use crate::output::{ContactPoint, ContactRecord, ContactSurface, CouplerOutput, TickOutput};
+use crate::output::TickOutput;
 use crate::state::HostState;
 
 /// One value a finger slot.
-type Slots<T> = ArrayVec<T, MAX_SOFT_CONTACTS>;
+pub(super) type Slots<T> = ArrayVec<T, MAX_SOFT_CONTACTS>;
 
 /// The constants of a host's contacts with a soft body.
 #[derive(Clone, Debug)]
@@ -108,145 +107,6 @@ impl SoftContacts {
     fn is_hold_tick(&self, soft: &SoftHostState, tick: u64) -> bool {
         let is_first_of_period = soft.returned_ticks == 0 || soft.period != self.schedule.last_step_at(tick);
         is_first_of_period || soft.taken_at == tick
-    }
-}
-
-/// One tick of all contacts of a host, as far as it is known beforehand.
-struct Present<'a> {
-    law: &'a LocalLaw,
-    gains: LocalGains,
-    surface: SurfaceInUse<'a>,
-    frame: &'a SlowFrame,
-    is_hold_tick: bool,
-}
-
-impl Present<'_> {
-    /// The force on every finger, N, its contact one tick on.
-    fn act(&self, contacts: &mut [LocalContact], fingers: &[Touching]) -> Slots<DVec3> {
-        match self.law.kind {
-            LocalModelKind::Compliance => self.act_together(contacts, fingers),
-            _ => contacts
-                .iter_mut()
-                .zip(fingers)
-                .map(|(contact, finger)| self.act_alone(contact, finger))
-                .collect(),
-        }
-    }
-
-    fn act_alone(&self, contact: &mut LocalContact, finger: &Touching) -> DVec3 {
-        let Some((centre, velocity)) = finger.place else { return self.forget(contact) };
-        if self.law.kind == LocalModelKind::Hold && !self.is_hold_tick {
-            return contact.force;
-        }
-        self.meet(contact, centre);
-        if contact.touching && !self.law.two_sided && contact.depth_m(&self.surface, centre) <= 0.0 {
-            contact.come_off(&self.surface, &self.gains, centre);
-        }
-        contact.force = if contact.touching {
-            self.press(contact, centre, velocity)
-        } else {
-            let force = contact.normal * contact.integral_n;
-            contact.drain();
-            force
-        };
-        contact.force
-    }
-
-    /// The force of a finger that touches, N.
-    fn press(&self, contact: &mut LocalContact, centre: DVec3, velocity: DVec3) -> DVec3 {
-        let stiffness = self.gains.stiffness_n_per_m;
-        let mut stretch = contact.stretch(&self.surface, centre);
-        let depth_m = stretch.dot(contact.normal);
-        if !self.law.two_sided {
-            let push_n = stiffness * depth_m + contact.integral_n;
-            stretch = contact.slide(self.law, &self.surface, stretch, self.law.friction * push_n / stiffness);
-        }
-        let force = stiffness * stretch + contact.normal * contact.integral_n;
-        if self.law.kind == LocalModelKind::Pi {
-            contact.integrate(self.law, &self.gains, &self.surface, (depth_m, velocity));
-        }
-        force
-    }
-
-    fn meet(&self, contact: &mut LocalContact, centre: DVec3) {
-        if !contact.touching {
-            contact.meet(self.law, &self.surface, centre);
-        }
-    }
-
-    /// Of a finger of which nothing is known.
-    fn forget(&self, contact: &mut LocalContact) -> DVec3 {
-        if self.law.two_sided {
-            (contact.integral_n, contact.force) = (0.0, DVec3::ZERO);
-        } else {
-            *contact = LocalContact::default();
-        }
-        DVec3::ZERO
-    }
-
-    /// All contacts by the joint compliance of the frame.
-    fn act_together(&self, contacts: &mut [LocalContact], fingers: &[Touching]) -> Slots<DVec3> {
-        let mut joint = Slots::<JointContact>::new();
-        let mut slots = Slots::<usize>::new();
-        for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
-            let Some((centre, _)) = finger.place else {
-                self.forget(contact);
-                continue;
-            };
-            self.meet(contact, centre);
-            let place = self.frame.slots.iter().position(|&known| usize::from(known) == slot);
-            if let Some(place) = place.filter(|_| contact.touching && finger.fade > 0.0) {
-                slots.push(slot);
-                joint.push(JointContact {
-                    place,
-                    stiffness_n_per_m: finger.fade * self.gains.stiffness_n_per_m,
-                    stretch: contact.stretch(&self.surface, centre),
-                    normal: contact.normal,
-                    two_sided: self.law.two_sided,
-                });
-            }
-        }
-        let solved = joint_forces(&self.frame.compliance, &self.frame.forces_n, &joint);
-        let mut forces = Slots::<DVec3>::new();
-        for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
-            let known = solved.as_ref().and_then(|forces| {
-                let at = slots.iter().position(|&known| known == slot)?;
-                Some((forces[at] / finger.fade, joint[at].place))
-            });
-            forces.push(match known {
-                Some((force, place)) => self.yield_to(contact, finger, force, place),
-                None => self.act_alone(contact, finger),
-            });
-        }
-        forces
-    }
-
-    /// The force of a finger for which the joint compliance gives `force`, N.
-    fn yield_to(&self, contact: &mut LocalContact, finger: &Touching, force: DVec3, place: usize) -> DVec3 {
-        let Some((centre, _)) = finger.place else { return self.forget(contact) };
-        let push_n = force.dot(contact.normal);
-        contact.force = force;
-        if self.law.two_sided {
-            return force;
-        }
-        if push_n <= 0.0 && contact.depth_m(&self.surface, centre) <= 0.0 {
-            contact.force = DVec3::ZERO;
-            contact.come_off(&self.surface, &self.gains, centre);
-            return DVec3::ZERO;
-        }
-        // In units of the anchor's slip: the surface gives way as well as the spring.
-        let yields = 1.0 / self.gains.stiffness_n_per_m + finger.fade * self.own_compliance(place);
-        let stretch =
-            contact.slide(self.law, &self.surface, force * yields, self.law.friction * push_n * yields);
-        contact.force = stretch / yields;
-        contact.force
-    }
-
-    /// Mean of the compliance at a place over all directions, m/N.
-    fn own_compliance(&self, place: usize) -> f64 {
-        let width = 3 * self.frame.slots.len();
-        let entry = |axis: usize| self.frame.compliance[(3 * place + axis) * (width + 1)];
-        (0..3).map(entry).sum::<f64>() / 3.0
     }
 }
 
@@ -366,32 +226,6 @@ impl SoftContacts {
         for (contact, start) in state.contacts.iter_mut().zip(&self.starts_m) {
             contact.hold_nearest(&self.law, &surface, *start);
         }
-    }
-}
-
-impl Present<'_> {
-    /// Lists a contact that is not free.
-    fn record(&self, output: &mut TickOutput, contact: &LocalContact, finger: &Touching, slot: u16) {
-        let Some((centre, _)) = finger.place else { return };
-        if !contact.touching && contact.force == DVec3::ZERO {
-            return;
-        }
-        let force = finger.fade * contact.force;
-        let stiffness = self.gains.stiffness_n_per_m;
-        // What finds no place in the list counts all the same.
-        let _ = output.contacts.try_push(ContactRecord {
-            point: ContactPoint::Finger { host: finger.host, finger: finger.finger as u8 },
-            surface: ContactSurface::Soft,
-            phase: if contact.sliding { Phase::Slide } else { Phase::PreSlide },
-            force,
-            depth_m: if contact.touching { contact.depth_m(&self.surface, centre) } else { 0.0 },
-        });
-        let _ = output.couplers.try_push(CouplerOutput {
-            slot,
-            held: true,
-            stiffness_n_per_m: finger.fade * stiffness,
-            stretch: if stiffness > 0.0 { contact.force / stiffness } else { DVec3::ZERO },
-        });
     }
 }
 

@@ -38,12 +38,16 @@ impl Clone for SlowLoop {
 }
 
 impl SlowLoop {
-    /// The body of `scene` at rest.
+    /// The body of `scene` at rest; under gravity, where that has let it sag to.
     ///
     /// # Errors
     /// As [`cotouch_soft::soft_body`].
     pub fn new(scene: &Scene) -> Result<Self, SoftError> {
-        Self::with_body(scene, soft_body(scene)?)
+        let body = soft_body(scene)?;
+        let mut sagged = body.clone();
+        // A body whose equilibrium is not found begins as its mesh is.
+        let sags = scene.gravity_m_per_s2 != DVec3::ZERO && sagged.settle(&[]).is_ok();
+        Self::with_body(scene, if sags { sagged } else { body })
     }
 
     /// The same with a body that was made elsewhere, whatever its technique.

@@ -20,8 +20,10 @@ const NEAR_RADII: f64 = 3.0;
 /// Fingers within so far (m) are near, however small they are.
 const NEAR_M: f64 = 0.01;
 
-/// A contact that moved by less than this part of what is near is where it was.
-const SAME_PLACE: f64 = 0.02;
+/// A contact that moved by less than this part of what is near is where it was, while it moves: for K_o, and where forces are
+/// computed with the compliance itself. When it comes to rest, it is looked at once more.
+const SAME_FOR_KO: f64 = 0.2;
+const SAME_FOR_COMPLIANCE: f64 = 0.02;
 
 /// Where a finger touches, or would.
 type Places = ArrayVec<(u8, MaterialPoint), MAX_SOFT_CONTACTS>;
@@ -31,6 +33,8 @@ type Places = ArrayVec<(u8, MaterialPoint), MAX_SOFT_CONTACTS>;
 pub(super) struct Stiffness {
     near_m: f64,
     places: Places,
+    /// Where fingers were after the last step.
+    last_places: Places,
     /// Of these, m/N, row-major; empty where the body does not tell.
     compliance: Vec<f64>,
     ko_n_per_m: f64,
@@ -49,6 +53,7 @@ impl Stiffness {
         let mut stiffness = Self {
             near_m: (NEAR_RADII * scene.hand.finger_radius_m).max(NEAR_M),
             places: Places::new(),
+            last_places: Places::new(),
             compliance: Vec::new(),
             ko_n_per_m: 0.0,
             estimate: None,
@@ -81,9 +86,11 @@ impl Stiffness {
             }
         }
         let asks = self.estimate.is_none() || self.needs_compliance;
-        if asks && !places.is_empty() && !self.are_known(body, &places) {
-            self.ask(body, places);
+        let rests = places == self.last_places && places != self.places;
+        if asks && !places.is_empty() && (rests || !self.are_known(body, &places)) {
+            self.ask(body, places.clone());
         }
+        self.last_places = places;
     }
 
     /// Fills in what a frame has of this.
@@ -117,7 +124,8 @@ impl Stiffness {
 
     /// Whether the compliance of `places` is known, near enough.
     fn are_known(&self, body: &dyn SoftBody, places: &Places) -> bool {
-        let (rest, most) = (body.rest_m(), SAME_PLACE * self.near_m);
+        let part = if self.needs_compliance { SAME_FOR_COMPLIANCE } else { SAME_FOR_KO };
+        let (rest, most) = (body.rest_m(), part * self.near_m);
         let same = |((slot, point), (known_slot, known)): (&(u8, MaterialPoint), &(u8, MaterialPoint))| {
             slot == known_slot && (point == known || point.at(rest).distance(known.at(rest)) <= most)
         };

@@ -239,7 +239,7 @@ pub(crate) const PLANE_LIST: (&str, &str) = (
 /// The list of regions in which a soft object is fixed: [`super::parts::FIXED`].
 pub(crate) const FIXED_LIST: (&str, &str) = (
     "soft.fixed",
-    "A box; nodes of the soft object that rest in it do not move. At least one node must be held, and one must not.",
+    "A box; nodes of the soft object that rest in it do not move. Of every piece of it three nodes must be held, not on a line, and some node must be free.",
 );
 /// The table of a soft object's mesh, which may also be the path of a file.
 pub(crate) const SOFT_MESH: (&str, &str) = (

@@ -70,7 +70,7 @@ impl<'a, F: Fn(DVec3) -> f64> Lattice<'a, F> {
     fn over(solid: &'a Solid<F>, cube_m: f64) -> Result<Self, SoftMeshError> {
         let counts = ((solid.high - solid.low) / cube_m).ceil() + DVec3::splat(3.0);
         let all = counts.element_product();
-        if !(all <= MAX_CUBES) {
+        if all > MAX_CUBES {
             return Err(SoftMeshError::TooLarge { found: (12.0 * all) as usize });
         }
         let low = (solid.low + solid.high) / 2.0 - counts * cube_m / 2.0;

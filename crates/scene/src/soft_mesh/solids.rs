@@ -25,10 +25,10 @@ pub fn ball(radius_m: f64, edge_m: f64, centre_m: DVec3) -> Result<SoftMesh, Sof
 /// x/a, y/b, z/c from `centre_m` called u, v, w, the points of
 ///
 /// ```text
-/// u² + ((v − 0.35·(1 − 2·u²)) / s)² + (w / s)² ≤ 1,   s = 0.85·(1 + 0.18·u)
+/// u² + ((v − 0.09 + 0.7·u²) / s)² + (w / (1.15·s))² ≤ 1,   s = 0.85·(1 + 0.18·u)
 /// ```
 ///
-/// Edges are about `edge_m` long.
+/// which fill −1 to 1 along u, −0.94 to 0.94 along v and −1 to 1 along w, but for a hundredth. Edges are about `edge_m` long.
 ///
 /// # Errors
 /// When there are more than [`MAX_ELEMENTS`], or a half axis is hardly longer than an edge.
@@ -38,11 +38,11 @@ pub fn organ(half_axes_m: DVec3, edge_m: f64, centre_m: DVec3) -> Result<SoftMes
         // Beyond the ends it stays as bent and as thick as there.
         let end = u.clamp(-1.0, 1.0);
         let thickness = 0.85 * (1.0 + 0.18 * end);
-        let from_middle = DVec3::new(u, (v - 0.35 * (1.0 - 2.0 * end * end)) / thickness, w / thickness);
+        let bent = v - 0.09 + 0.7 * end * end;
+        let from_middle = DVec3::new(u, bent / thickness, w / (1.15 * thickness));
         (1.0 - from_middle.length()) * half_axes_m.min_element()
     };
-    let around = half_axes_m * DVec3::new(1.0, 1.25, 1.01);
-    fill(&Solid { depth, low: centre_m - around, high: centre_m + around }, edge_m)
+    fill(&Solid { depth, low: centre_m - half_axes_m, high: centre_m + half_axes_m }, edge_m)
 }
 
 /// What is inside closed `triangles`.
@@ -53,7 +53,7 @@ pub fn organ(half_axes_m: DVec3, edge_m: f64, centre_m: DVec3) -> Result<SoftMes
 pub fn filled(triangles: &Triangles, edge_m: f64) -> Result<SoftMesh, SoftMeshError> {
     let volume_m3 = TriangleMesh::closed(triangles)?.volume_m3;
     let found = 12.0 * volume_m3 / edge_m.powi(3);
-    if !(found <= 2.0 * MAX_ELEMENTS as f64) {
+    if found > 2.0 * MAX_ELEMENTS as f64 {
         return Err(SoftMeshError::TooLarge { found: found as usize });
     }
     let (vertices, corners) = TriangleMesh::closed_in_place(triangles)?;

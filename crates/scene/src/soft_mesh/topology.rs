@@ -39,8 +39,9 @@ pub(super) fn checked_tetrahedra(
         }
     }
     let shapes: Vec<f64> = tetrahedra.iter().map(|&four| shape(corners(nodes, four))).collect();
-    // Written so that a shape that is not a number, of coordinates near the largest, is flat too.
-    if let Some(index) = shapes.iter().position(|&shape| !(shape.abs() >= LEAST_SHAPE)) {
+    // Of coordinates near the largest numbers it is not a number.
+    let is_flat = |&shape: &f64| shape.is_nan() || shape.abs() < LEAST_SHAPE;
+    if let Some(index) = shapes.iter().position(is_flat) {
         return Err(SoftMeshError::Flat { tetrahedron: index + 1, shape: shapes[index].abs() });
     }
     let negative = shapes.iter().filter(|&&shape| shape < 0.0).count();

@@ -1,9 +1,10 @@
 //! How the elements of a body are deformed when its nodes are somewhere.
 
-use glam::DVec3;
+use glam::{DMat3, DVec3};
 
 use super::Constants;
 use super::element::Deformed;
+use super::rotation::{nearest_rotation, norm_squared};
 
 /// Rotation and stretch of every element, and what they store.
 #[derive(Clone, Debug)]
@@ -39,6 +40,23 @@ impl Evaluation {
                     *sum += factor * part;
                 }
             }
+        }
+    }
+
+    /// How the elements around each free node are turned in the mean, in the order of elimination.
+    pub(super) fn node_rotations(&self, constants: &Constants, rotations: &mut Vec<DMat3>) {
+        rotations.clear();
+        rotations.resize(constants.symbolic.free_nodes(), DMat3::ZERO);
+        for (element, deformed) in constants.elements.iter().zip(&self.deformed) {
+            let part = deformed.rotation * element.volume_m3;
+            for position in element.nodes.iter().filter_map(|&node| constants.symbolic.position(node)) {
+                rotations[position] += part;
+            }
+        }
+        for rotation in rotations {
+            // Of about unit size, as the search for the rotation likes it.
+            *rotation =
+                nearest_rotation(*rotation * norm_squared(*rotation).max(f64::MIN_POSITIVE).sqrt().recip());
         }
     }
 

@@ -97,6 +97,9 @@ impl Corotational {
     /// Solves with the second derivative of Φ at the present positions: exact where that is positive definite, else with each
     /// element's positive part. In the first iteration the stiffness is also that of the damper.
     fn newton_direction(&mut self, first: bool, gradient: &[f64], direction: &mut [f64]) -> bool {
+        if self.solver.uses_rotations() {
+            self.present.node_rotations(&self.constants, &mut self.solver.rotations);
+        }
         for kind in [Tangent::Exact, Tangent::Positive] {
             self.assemble(kind);
             if first {

@@ -81,9 +81,9 @@ fn rotate(rows: &mut [[f64; 3]; 3], vectors: &mut [[f64; 3]; 3], p: usize, q: us
     let tangent = half.signum() / (half.abs() + half.hypot(1.0));
     let cosine = 1.0 / tangent.hypot(1.0);
     let sine = tangent * cosine;
-    for k in 0..3 {
-        let (at_p, at_q) = (rows[k][p], rows[k][q]);
-        (rows[k][p], rows[k][q]) = (cosine * at_p - sine * at_q, sine * at_p + cosine * at_q);
+    for row in rows.iter_mut() {
+        let (at_p, at_q) = (row[p], row[q]);
+        (row[p], row[q]) = (cosine * at_p - sine * at_q, sine * at_p + cosine * at_q);
     }
     for k in 0..3 {
         let (at_p, at_q) = (rows[p][k], rows[q][k]);

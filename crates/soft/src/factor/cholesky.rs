@@ -6,7 +6,8 @@ use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::cholesky::llt::factor::LltRegularization;
 use faer::sparse::linalg::SupernodalThreshold;
 use faer::sparse::linalg::cholesky::{
-    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymmetricOrdering, factorize_symbolic_cholesky,
+    CholeskySymbolicParams, LltRef, SymbolicCholesky, SymbolicCholeskyRaw, SymmetricOrdering,
+    factorize_symbolic_cholesky, supernodal::SymbolicSupernodalCholesky,
 };
 use faer::sparse::{SparseColMatRef, SymbolicSparseColMatRef};
 use faer::{Conj, MatMut, Par, Side};
@@ -14,6 +15,7 @@ use glam::DMat3;
 use nalgebra::DMatrix;
 
 use super::block_matrix::BlockMatrix;
+use super::substitution::{Arithmetic, solve_lower, solve_upper};
 use super::symbolic::Symbolic;
 
 /// A matrix that has no Cholesky factor.
@@ -21,11 +23,32 @@ use super::symbolic::Symbolic;
 #[error("the matrix is not positive definite")]
 pub struct NotPositive;
 
+/// A number that factors are kept in: `f64`, or `f32` where seven digits are enough and speed counts.
+pub trait Number: faer::traits::RealField + Arithmetic {
+    /// The nearest number of this kind.
+    fn from_f64(value: f64) -> Self;
+}
+
+impl Number for f64 {
+    fn from_f64(value: f64) -> Self {
+        value
+    }
+}
+
+impl Number for f32 {
+    fn from_f64(value: f64) -> Self {
+        value as Self
+    }
+}
+
 /// The factor `L·Lᵀ` of a symmetric positive definite matrix. Pattern, order and memory stay when the values change; one core.
-pub struct Factor {
+pub type Factor = FactorOf<f64>;
+
+/// A [`Factor`] in numbers of some kind.
+pub struct FactorOf<T> {
     shared: Arc<Shared>,
-    matrix_values: Vec<f64>,
-    factor_values: Vec<f64>,
+    matrix_values: Vec<T>,
+    factor_values: Vec<T>,
     workspace: MemBuffer,
 }
 
@@ -37,7 +60,7 @@ struct Shared {
     structure: SymbolicCholesky<u32>,
 }
 
-impl Factor {
+impl<T: Number> FactorOf<T> {
     /// Room for the factor of a matrix of this pattern; of no matrix yet.
     ///
     /// # Panics
@@ -47,10 +70,16 @@ impl Factor {
         Self::of(Arc::new(Shared::new(symbolic)))
     }
 
+    /// Room for another factor of the same pattern, in numbers of the same or another kind.
+    #[must_use]
+    pub fn like<U>(other: &FactorOf<U>) -> Self {
+        Self::of(other.shared.clone())
+    }
+
     fn of(shared: Arc<Shared>) -> Self {
-        let need = shared.structure.factorize_numeric_llt_scratch::<f64>(Par::Seq, Default::default());
-        let factor_values = vec![0.0; shared.structure.len_val()];
-        let matrix_values = vec![0.0; shared.rows.len()];
+        let need = shared.structure.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
+        let factor_values = vec![T::default(); shared.structure.len_val()];
+        let matrix_values = vec![T::default(); shared.rows.len()];
         Self { matrix_values, factor_values, workspace: MemBuffer::new(need), shared }
     }
 
@@ -86,7 +115,7 @@ impl Factor {
                 Default::default(),
             )
             .map_err(|_| NotPositive)?;
-        let finite = factor_values.iter().all(|value| value.is_finite());
+        let finite = factor_values.iter().all(|value| faer::traits::math_utils::is_finite(value));
         if finite { Ok(()) } else { Err(NotPositive) }
     }
 
@@ -94,24 +123,21 @@ impl Factor {
     ///
     /// # Panics
     /// When the vector has not as many entries as the matrix has rows.
-    pub fn solve_in_place(&self, vector: &mut [f64]) {
-        let rows = vector.len();
-        self.solve(MatMut::from_column_major_slice_mut(vector, rows, 1));
+    pub fn solve_in_place(&self, vector: &mut [T]) {
+        assert_eq!(vector.len(), self.shared.symbolic.coordinates());
+        solve_lower(self.shared.supernodes(), &self.factor_values, vector);
+        solve_upper(self.shared.supernodes(), &self.factor_values, vector);
     }
 
     /// The same for each column.
     ///
     /// # Panics
     /// When the columns have not as many entries as the matrix has rows.
-    pub fn solve_columns_in_place(&self, columns: &mut DMatrix<f64>) {
+    pub fn solve_columns_in_place(&self, columns: &mut DMatrix<T>) {
         let (rows, count) = columns.shape();
-        self.solve(MatMut::from_column_major_slice_mut(columns.as_mut_slice(), rows, count));
-    }
-
-    fn solve(&self, right_sides: MatMut<'_, f64>) {
+        let right_sides = MatMut::from_column_major_slice_mut(columns.as_mut_slice(), rows, count);
         let structure = &self.shared.structure;
-        let need = structure.solve_in_place_scratch::<f64>(right_sides.ncols(), Par::Seq);
-        let mut memory = MemBuffer::new(need);
+        let mut memory = MemBuffer::new(structure.solve_in_place_scratch::<T>(count, Par::Seq));
         let factor = LltRef::new(structure, &self.factor_values);
         factor.solve_in_place_with_conj(Conj::No, right_sides, Par::Seq, MemStack::new(&mut memory));
     }
@@ -122,16 +148,25 @@ impl Factor {
         self.factor_values.len()
     }
 
-    /// Bytes on the heap, about: the values, the workspace and the part that depends on the pattern only.
+    /// Bytes on the heap, without the part that depends on the pattern only.
     #[must_use]
     pub fn memory_bytes(&self) -> usize {
-        let values = size_of::<f64>() * (self.matrix_values.len() + self.factor_values.len());
-        let pattern = size_of::<u32>() * (self.shared.rows.len() + self.shared.column_start.len());
-        values + self.workspace.len() + pattern
+        size_of::<T>() * (self.matrix_values.len() + self.factor_values.len()) + self.workspace.len()
+    }
+
+    /// Bytes on the heap of the part that depends on the pattern only, about.
+    #[must_use]
+    pub fn shared_bytes(&self) -> usize {
+        let supernodes = self.shared.supernodes();
+        let indices = self.shared.rows.len()
+            + self.shared.column_start.len()
+            + supernodes.row_idx().len()
+            + 5 * supernodes.n_supernodes();
+        self.shared.symbolic.memory_bytes() + size_of::<u32>() * indices
     }
 }
 
-impl Clone for Factor {
+impl<T: Number> Clone for FactorOf<T> {
     fn clone(&self) -> Self {
         let mut clone = Self::of(self.shared.clone());
         clone.factor_values.copy_from_slice(&self.factor_values);
@@ -139,7 +174,7 @@ impl Clone for Factor {
     }
 }
 
-impl std::fmt::Debug for Factor {
+impl<T: Number> std::fmt::Debug for FactorOf<T> {
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(formatter, "Factor({} rows, {} entries)", self.symbolic().coordinates(), self.entries())
     }
@@ -150,6 +185,13 @@ impl Shared {
         let (column_start, rows) = lower_pattern(&symbolic);
         let structure = structure(&column_start, &rows);
         Self { symbolic, column_start, rows, structure }
+    }
+
+    fn supernodes(&self) -> &SymbolicSupernodalCholesky<u32> {
+        match self.structure.raw() {
+            SymbolicCholeskyRaw::Supernodal(supernodes) => supernodes,
+            SymbolicCholeskyRaw::Simplicial(_) => unreachable!("supernodes were asked for"),
+        }
     }
 }
 
@@ -181,13 +223,13 @@ fn lower_pattern(symbolic: &Symbolic) -> (Vec<u32>, Vec<u32>) {
 }
 
 /// The values in the order of [`lower_pattern`].
-fn lower_triangle(matrix: &BlockMatrix, values: &mut [f64]) {
+fn lower_triangle<T: Number>(matrix: &BlockMatrix, values: &mut [T]) {
     let symbolic = &*matrix.symbolic;
     let (diagonal, below) = matrix.blocks.split_at(symbolic.free_nodes());
     let mut next = 0;
     for (column, block) in diagonal.iter().enumerate() {
         for axis in 0..3 {
-            let of_axis = |block: &DMat3| block.col(axis).to_array();
+            let of_axis = |block: &DMat3| block.col(axis).to_array().map(T::from_f64);
             values[next..next + 3 - axis].copy_from_slice(&of_axis(block)[axis..]);
             next += 3 - axis;
             for block in &below[symbolic.below(column)] {

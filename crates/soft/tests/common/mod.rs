@@ -1,6 +1,6 @@
 //! Small scenes with soft bodies, and a step's matrix by its linearisation and by central differences.
 
-#![allow(dead_code)] // every test file uses another part
+#![allow(dead_code, unreachable_pub)] // every test file uses another part
 
 use std::sync::Arc;
 
@@ -11,7 +11,7 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
-pub(crate) fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
+pub fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
     let mut scene = cotouch_scene::load("single-axis", &[]).expect("it is built in");
     scene.rates.simulation_hz = "60".parse().expect("a rate");
     scene.gravity_m_per_s2 = DVec3::ZERO;
@@ -32,12 +32,12 @@ pub(crate) fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
 }
 
 /// Fixes all nodes in a box.
-pub(crate) fn fix(scene: &mut Scene, from: [f64; 3], to: [f64; 3]) {
+pub fn fix(scene: &mut Scene, from: [f64; 3], to: [f64; 3]) {
     scene.soft.fixed.push(FixedRegion { from_m: DVec3::from(from), to_m: DVec3::from(to) });
 }
 
 /// The paper's spring: an equilateral triangle of 20 mm sides across the x axis.
-pub(crate) fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene {
+pub fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene {
     let radius = 0.02 / 3.0_f64.sqrt();
     let corner = |turn: f64| {
         let angle = std::f64::consts::TAU * turn / 3.0;
@@ -52,7 +52,7 @@ pub(crate) fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene 
 }
 
 /// Cubes of `edge` m, each cut into six tetrahedra around a diagonal; one corner at the origin.
-pub(crate) fn block(cells: [u32; 3], edge: f64) -> SoftMesh {
+pub fn block(cells: [u32; 3], edge: f64) -> SoftMesh {
     let [nx, ny, nz] = cells;
     let index = |[x, y, z]: [u32; 3]| (z * (ny + 1) + y) * (nx + 1) + x;
     let places = (0..=nz).flat_map(|z| (0..=ny).flat_map(move |y| (0..=nx).map(move |x| [x, y, z])));
@@ -93,7 +93,7 @@ fn surface(tetrahedra: &[[u32; 4]]) -> Vec<[u32; 3]> {
 }
 
 /// An icosphere around the origin, every edge halved `halvings` times.
-pub(crate) fn sphere(radius: f64, halvings: u32) -> SoftMesh {
+pub fn sphere(radius: f64, halvings: u32) -> SoftMesh {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut nodes: Vec<DVec3> = [-1.0, 1.0]
         .into_iter()
@@ -142,7 +142,7 @@ fn hull(nodes: &[DVec3]) -> Vec<[u32; 3]> {
 }
 
 /// The step's matrix, of (q, v) to (q⁺, v⁺), as [`LinearBody`] defines it.
-pub(crate) fn exact_step(body: &LinearBody) -> DMatrix<f64> {
+pub fn exact_step(body: &LinearBody) -> DMatrix<f64> {
     let n = body.mass_kg.len();
     let h = body.period_s;
     let filled = |entries: &[(u32, u32, f64)]| {
@@ -186,7 +186,7 @@ pub(crate) fn exact_step(body: &LinearBody) -> DMatrix<f64> {
 }
 
 /// The same by stepping the body itself, from its present state.
-pub(crate) fn central_differences(body: &dyn SoftBody, forces: &[PointForce], step_m: f64) -> DMatrix<f64> {
+pub fn central_differences(body: &dyn SoftBody, forces: &[PointForce], step_m: f64) -> DMatrix<f64> {
     let linear = body.linear().expect("it has a linearisation");
     let n = linear.coordinates.len();
     let period = body.period_s();
@@ -220,12 +220,12 @@ pub(crate) fn central_differences(body: &dyn SoftBody, forces: &[PointForce], st
 }
 
 /// A node as a point of the material.
-pub(crate) fn at_node(node: usize) -> MaterialPoint {
+pub fn at_node(node: usize) -> MaterialPoint {
     MaterialPoint { nodes: [node as u32; 4], weights: [1.0, 0.0, 0.0, 0.0] }
 }
 
 /// The state with every node moved and set moving at random, the same for the same seed.
-pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
+pub fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
     let mut number = seed;
     let mut random = move || {
         number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -239,7 +239,7 @@ pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f
 }
 
 /// The momentum of a body of which nothing is fixed, kg·m/s.
-pub(crate) fn momentum(linear: &LinearBody, state: &SoftState) -> DVec3 {
+pub fn momentum(linear: &LinearBody, state: &SoftState) -> DVec3 {
     let mut sum = DVec3::ZERO;
     for (&(node, axis), mass) in linear.coordinates.iter().zip(&linear.mass_kg) {
         sum[axis as usize] += mass * state.velocities_m_per_s[node as usize][axis as usize];

@@ -31,6 +31,16 @@ export const SETTINGS: Settings = {
   "object.damping_n_s_per_m": 0,
 };
 
+/** Of a soft object. */
+export const SOFT_CONTROLS: Control[] = [
+  { ...slider("local_model.kind", "Local model", "", 0, 0, false), kind: "choice", choices: ["hold", "p", "pi", "compliance"] },
+  slider("local_model.stiffness_ratio", "Local model: stiffness K_h", "K_o", 0, 2.5, false),
+  slider("local_model.integral_ratio", "Local model: integral INT", "K_o", 0, 2.5, false),
+  { ...slider("rates.simulation_hz", "Simulation rate", "Hz", 0, 0, false), kind: "choice", choices: ["32", "64"], restarts: true },
+  { ...slider("soft.young_pa", "Young's modulus", "Pa", 3000, 1.2e6, true), restarts: true },
+  { ...slider("link.delay_periods", "Delay", "periods", 0, 8, false), kind: "whole", restarts: true },
+];
+
 /** The running session has this lesson. */
 export function lesson(mayChange = true): SessionMessage {
   return { ...session(LINE), controls: CONTROLS, may_change: mayChange };

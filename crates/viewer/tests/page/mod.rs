@@ -101,6 +101,9 @@ pub(crate) struct Seen {
     pub(crate) time_s: f64,
     /// Where a pointer draws the first host's first finger along x; not a number when none does.
     pub(crate) target_x_m: f32,
+    /// How many soft surfaces there are.
+    pub(crate) surfaces: u8,
+    pub(crate) bytes: Vec<u8>,
 }
 
 impl Seen {
@@ -111,6 +114,8 @@ impl Seen {
             hosts: bytes[2],
             generation: u32::from_le_bytes(bytes[4..8].try_into().unwrap()),
             time_s: f64::from_le_bytes(bytes[8..16].try_into().unwrap()),
+            surfaces: bytes[3],
+            bytes: bytes.to_vec(),
             target_x_m: bytes.get(80..84).map_or(f32::NAN, |x| f32::from_le_bytes(x.try_into().unwrap())),
         }
     }

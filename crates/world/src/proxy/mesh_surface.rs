@@ -164,6 +164,13 @@ impl MeshSurface {
         self.displacement_m = other.displacement_m;
     }
 
+    /// Takes the present shape for the one that it had all along, deformed `generation` times: proxies of that time stay.
+    pub fn forget_motion(&mut self, generation: u32) {
+        self.previous.clone_from(&self.vertices);
+        self.displacement_m = 0.0;
+        self.generation = generation;
+    }
+
     /// Where the vertices are now, m.
     #[must_use]
     pub fn vertices(&self) -> &[DVec3] {

@@ -3,10 +3,11 @@ import { make } from "../dom.ts";
 import type { Control, MapAxis } from "../protocol.ts";
 
 const FIRST_CHOICE = {
-  x: ["coupling.object_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m"],
+  x: ["local_model.stiffness_ratio", "local_model.stiffness_n_per_m", "coupling.object_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m"],
   y: [
+    "local_model.integral_ratio", "local_model.integral_n_per_m", "soft.mesh.stiffness_n_per_m",
     "coupling.remote_hand_object.stiffness_n_per_m", "coupling.hand_object.stiffness_n_per_m",
-    "coupling.object_object.damping_n_s_per_m",
+    "coupling.object_object.damping_n_s_per_m", "link.delay_periods",
   ],
 };
 /** Cells along an axis; the boundary between them is exact. */
@@ -20,9 +21,9 @@ export function spanning(controls: readonly Control[]): Control[] {
   return controls.filter(canSpan);
 }
 
-/** Two controls to begin with; null where there are not two. */
-export function firstAxes(controls: readonly Control[]): { x: Control; y: Control } | null {
-  const able = spanning(controls);
+/** Two controls to begin with; null where there are not two. Without an integral its gain changes nothing. */
+export function firstAxes(controls: readonly Control[], hasIntegral = false): { x: Control; y: Control } | null {
+  const able = spanning(controls).filter(({ key }) => hasIntegral || !key.startsWith("local_model.integral"));
   const find = (keys: string[], not?: Control) =>
     keys.map((key) => able.find((control) => control.key === key)).find((control) => control && control !== not);
   const x = find(FIRST_CHOICE.x) ?? able[0];
@@ -64,11 +65,11 @@ export class AxesChoice {
   }
 
   /** Keeps the chosen axes where the controls still have them. */
-  build(controls: readonly Control[]): void {
+  build(controls: readonly Control[], hasIntegral = false): void {
     this.#controls = spanning(controls);
     const kept = (axis: "x" | "y") => this.#controls.find((control) => control.key === this.#axes?.[axis].key);
     const [x, y] = [kept("x"), kept("y")];
-    this.#axes = x && y ? { x, y } : firstAxes(controls);
+    this.#axes = x && y ? { x, y } : firstAxes(controls, hasIntegral);
     for (const select of Object.values(this.#selects)) {
       select.replaceChildren(...this.#controls.map(({ key, label, unit }) =>
         make("option", { value: key }, unit ? `${label}, ${unit}` : label)));

@@ -15,6 +15,8 @@ export interface Heard {
 const MINE_MS = 1000;
 
 const GROUPS: { name: string; prefixes: string[] }[] = [
+  { name: "Local model", prefixes: ["local_model."] },
+  { name: "Soft object", prefixes: ["soft.", "rates.simulation_hz"] },
   { name: "Couplings", prefixes: ["coupling."] },
   { name: "Network", prefixes: ["link.", "rates."] },
   { name: "Object and wall", prefixes: ["object.", "wall.", "hand."] },

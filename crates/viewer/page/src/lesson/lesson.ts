@@ -7,6 +7,7 @@ import type { Store } from "../store.ts";
 import { listMargins, listModes, listWarnings } from "./answers.ts";
 import { Asking } from "./asking.ts";
 import { AxesChoice, axisOf } from "./axes.ts";
+import { Contact } from "./contact.ts";
 import { Controls, followHelp } from "./controls.ts";
 import { Gauge } from "./gauge.ts";
 import { StabilityMap } from "./map.ts";
@@ -36,6 +37,7 @@ class Lesson {
   #setting: Setting;
   #gauge = new Gauge();
   #running = new Running();
+  #contact = new Contact();
   #controls: Controls;
   #axes = new AxesChoice(() => this.#axesChanged());
   #map = new StabilityMap((values) => this.#pick(values), () => this.#picked());
@@ -75,6 +77,7 @@ class Lesson {
           make("div", { class: "predicted" }, make("h3", {}, "Predicted"), this.#gauge.element),
           this.#running.element),
         this.#agreement, this.#growth),
+      this.#contact.element,
       make("div", { class: "map-part" },
         make("h3", {}, "Where it is stable"), this.#axes.element, this.#map.canvas, this.#mapState),
       make("div", { class: "controls-head" }, make("h3", {}, "Settings"), this.#again),
@@ -88,7 +91,10 @@ class Lesson {
     const store = this.#store;
     store.on("session", (session) => this.#begin(session));
     store.on("settings", ({ settings, note }) => this.#settings(settings, note));
-    store.on("picture", (picture) => { if (this.#running.show(picture)) this.#showAgreement(); });
+    store.on("picture", (picture) => {
+      if (this.#running.show(picture)) this.#showAgreement();
+      this.#contact.show(picture, store.settings?.settings ?? {}, store.taken?.user ?? null);
+    });
     store.on("refused", ({ what }) => { if (what === "set") this.#revert(); });
     store.on("verdict", (verdict) => this.#answered(verdict.id, "verdict", () => this.#showVerdict(verdict)));
     store.on("margin", (margin) => this.#answered(margin.id, "margin", () =>
@@ -113,9 +119,10 @@ class Lesson {
     this.#verdict = null;
     this.#gauge.clear();
     this.#running.clear();
+    this.#contact.introduce(session.about);
     this.#controls.build(session.controls);
     followHelp(this.#controls.element, this.#help, session.may_change ? MAY_CHANGE : MAY_ASK);
-    this.#axes.build(session.controls);
+    this.#axes.build(session.controls, session.about.soft?.local_model.kind === "pi");
     this.#again.hidden = !session.may_change;
     this.#setAxes();
     this.#showAgreement();

@@ -46,12 +46,17 @@ export function createHeader(element: HTMLElement, store: Store): void {
 /** What runs, in one line. */
 export function describe(about: About): string {
   const users = about.users.length;
-  return [
-    about.architecture,
-    `${users} ${users === 1 ? "user" : "users"}`,
-    `haptics ${about.control_hz} Hz`,
+  const network = [
     `network ${about.network_hz} Hz`,
     `delay ${about.delay_periods} ${about.delay_periods === 1 ? "period" : "periods"}`,
+  ];
+  return [
+    // One user has no network.
+    ...(users > 1 ? [about.architecture] : []),
+    `${users} ${users === 1 ? "user" : "users"}`,
+    `haptics ${about.control_hz} Hz`,
+    ...(about.soft ? [`simulation ${about.soft.simulation_hz} Hz`] : []),
+    ...(users > 1 ? network : []),
   ].join(" · ");
 }
 

@@ -1,4 +1,5 @@
 // One recording on the page: its scene, its plots, and what is here of it.
+import { describe } from "../people/header.ts";
 import { channelsOf } from "../plots/channels.ts";
 import { Dashboard, type DashboardEvents } from "../plots/dashboard.ts";
 import { make } from "../plots/dom.ts";
@@ -105,9 +106,7 @@ export class Stage {
 }
 
 function detailsOf({ about }: RecordingInfo): string {
-  const delay = `delay ${about.delay_periods} ${about.delay_periods === 1 ? "period" : "periods"}`;
-  const users = `${about.users.length} users`;
-  return [about.scene, about.architecture, users, `network ${about.network_hz} Hz`, delay].join(" · ");
+  return [about.scene, describe(about)].join(" · ");
 }
 
 /** In words, and in which colour. */

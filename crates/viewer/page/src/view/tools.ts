@@ -29,7 +29,7 @@ export class Tools {
     };
     this.#copies = makeSelect("Copies", APART, 1, (apart) => choose({ apart }));
     this.#copies.title = "Every host's own copy of a body, as an outline in its user's colour";
-    this.#nets = makeCheckbox("Others' copies", false, (nets) => choose({ nets }));
+    this.#nets = makeCheckbox("Others as nets", false, (nets) => choose({ nets }));
     this.#nets.title = "Every host's own copy of the soft object, as a net in its user's colour";
     this.#shown = makeSelect("Colours show", SHOWN, "displacement", (shown) => choose({ shown }));
     const tools = make("div");
@@ -73,6 +73,7 @@ export class ColourBar {
 
   constructor() {
     this.#paint();
+    this.#bar.setAttribute("aria-hidden", "true");
     const row = make("span", "view-scale-row");
     row.append(make("span", "", "0"), this.#bar, this.#end);
     this.element.append(this.#title, row);

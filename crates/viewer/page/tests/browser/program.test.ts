@@ -169,6 +169,26 @@ test("the gauge turns where the analysis says, the session agrees, and settles a
   });
 });
 
+test("a balloon gives way at both hosts while hands press it, and the lesson says how stiff it is", async () => {
+  await withProgram(["run", "balloon", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    const furthest_m = () => latest(watching).surfaces.map(({ packed, step_m }) =>
+      step_m * packed.reduce((most, value, index) => (index % 4 === 3 ? most : Math.max(most, Math.abs(value))), 0));
+    await until("both hosts' surfaces give way", () => furthest_m().length === 2 && furthest_m().every((way_m) => way_m > 0.002));
+    await until("a finger is held by the surface", () => latest(watching).hosts.some((host) => host.fingers[0]?.proxy_m));
+    const scale = watching.page.locator(".view-scale");
+    await scale.getByText(/^[0-9.]+ mm$/).waitFor();
+    await openLesson(watching);
+    await watching.page.locator(".gains dd").first().getByText(/^[0-9.]+ N\/m$/).waitFor();
+    const { generation } = latest(watching);
+    await watching.page.getByRole("combobox", { name: /^local model/i }).selectOption("p");
+    await until("the session has the other local model", () => watching.messages.some((message) =>
+      message.type === "settings" && message.settings["local_model.kind"] === "p"));
+    assert.equal(latest(watching).generation, generation, "the same session goes on");
+    assert.deepEqual(watching.errors, []);
+  });
+});
+
 test("a setting that needs it begins a session of its own, and what cannot be is said in words", async () => {
   await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
     const watching = await watch(program);

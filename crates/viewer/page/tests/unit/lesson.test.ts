@@ -9,7 +9,9 @@ import { Setting } from "../../src/lesson/setting.ts";
 import { agreement, growth, limits, margins, observed } from "../../src/lesson/words.ts";
 import type { Control, PageMessage } from "../../src/protocol.ts";
 import { LINE, picture } from "../examples.ts";
-import { CONTROLS, K_OBJECTS, K_REMOTE } from "../lesson_example.ts";
+import { gains } from "../../src/lesson/contact.ts";
+import { CONTROLS, K_OBJECTS, K_REMOTE, SOFT_CONTROLS } from "../lesson_example.ts";
+import { SOFT } from "../soft_example.ts";
 
 const control = (key: string): Control => CONTROLS.find((found) => found.key === key)!;
 const stiffness = control(K_OBJECTS);
@@ -81,6 +83,19 @@ test("the map's first axes are the stiffnesses between users, else what there is
   assert.deepEqual([firstAxes(CONTROLS)?.x.key, firstAxes(CONTROLS)?.y.key], [K_OBJECTS, K_REMOTE]);
   assert.deepEqual([firstAxes([delay, compensation])?.x.key, firstAxes([delay, compensation])?.y.key], [delay.key, compensation.key]);
   assert.equal(firstAxes([delay, control("session.architecture"), control("link.impairment.loss_rate")]), null);
+});
+
+test("of a soft object the map's first axes are the gains of its local model, as far as it has them", () => {
+  const keys = (hasIntegral: boolean) => Object.values(firstAxes(SOFT_CONTROLS, hasIntegral) ?? {}).map(({ key }) => key);
+  assert.deepEqual(keys(true), ["local_model.stiffness_ratio", "local_model.integral_ratio"]);
+  assert.deepEqual(keys(false), ["local_model.stiffness_ratio", "link.delay_periods"]);
+});
+
+test("gains are what is set, in newtons per metre or as shares of K_o", () => {
+  assert.deepEqual(gains(SOFT.soft!, {}, 800), { stiffness: 400, integral: 160 });
+  const set = { "local_model.stiffness_ratio": 0.25, "local_model.integral_n_per_m": 30 };
+  assert.deepEqual(gains(SOFT.soft!, set, 800), { stiffness: 200, integral: 30 });
+  assert.deepEqual(gains(SOFT.soft!, { "local_model.kind": "p" }, 800), { stiffness: 400, integral: null });
 });
 
 test("the needle stands upright at 1 and leans to the side of the verdict", () => {

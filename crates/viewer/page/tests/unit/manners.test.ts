@@ -1,6 +1,7 @@
 import { test } from "node:test";
 import assert from "node:assert/strict";
 import { nextWait, whyClosed } from "../../src/connection.ts";
+import { SOFT } from "../soft_example.ts";
 import { describe, observe } from "../../src/people/header.ts";
 import { waiting } from "../../src/people/notices.ts";
 import { GRASP, picture } from "../examples.ts";
@@ -22,6 +23,7 @@ test("one asks again later and later, but not for ever later", () => {
 });
 
 test("the header says what runs and what it does", () => {
+  assert.equal(describe({ ...SOFT, users: ["anna"] }), "1 user · haptics 1024 Hz · simulation 60 Hz");
   assert.equal(describe(GRASP), "distributed · 2 users · haptics 1024 Hz · network 128 Hz · delay 1 period");
   const seen = picture(GRASP, 1);
   assert.deepEqual(observe(seen), ["good", "stable"]);

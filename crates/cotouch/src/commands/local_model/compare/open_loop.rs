@@ -83,7 +83,7 @@ impl Forces {
 
     /// How far these are from `reference`, of the same paths.
     pub(super) fn errors(&self, reference: &Self) -> ForceErrors {
-        let (mut difference, mut size, mut worst, mut largest) = (0.0, 0.0, 0.0_f64, 0.0_f64);
+        let (mut difference, mut size, mut worst, mut largest) = (0.0_f64, 0.0_f64, 0.0_f64, 0.0_f64);
         for (own, reference) in self.0.iter().flatten().flatten().zip(reference.0.iter().flatten().flatten())
         {
             difference += own.distance_squared(*reference);

@@ -1,0 +1,175 @@
+//! What does not change in a body, and what follows from it alone.
+
+use std::sync::Arc;
+
+use glam::DVec3;
+use nalgebra::DMatrix;
+
+use super::potential::Potential;
+use super::{Elastic, Parts, dot};
+use crate::body::{MaterialPoint, PointForce, SoftState};
+use crate::enclosed::Enclosed;
+use crate::factor::{BlockMatrix, Factor, Symbolic};
+use crate::linear::LinearBody;
+
+/// What does not change.
+pub(super) struct Constants<E> {
+    pub(super) parts: Parts<E>,
+    pub(super) size_m: f64,
+    pub(super) symbolic: Arc<Symbolic>,
+    pub(super) period_s: f64,
+    pub(super) mass_damping_per_s: f64,
+    pub(super) stiffness_damping_s: f64,
+    pub(super) newton_steps: usize,
+    pub(super) quasi_static: bool,
+    pub(super) gravity_m_per_s2: DVec3,
+    pub(super) rest_energy_j: f64,
+    pub(super) at_rest: Option<RestCompliance>,
+}
+
+/// What answers how compliant the body is about rest.
+pub(super) struct RestCompliance {
+    pub(super) factor: Factor,
+    /// Of a body that keeps its volume: the volume's gradient, and what the factor makes of it.
+    pub(super) volume: Option<VolumeGradient>,
+}
+
+/// A volume's gradient `g` over the free coordinates.
+pub(super) struct VolumeGradient {
+    pub(super) gradient: Vec<f64>,
+    /// `A⁻¹·g`, with A the matrix that is solved with.
+    pub(super) solved: Vec<f64>,
+    /// `gᵀ·A⁻¹·g`.
+    pub(super) product: f64,
+}
+
+impl<E: Elastic> Constants<E> {
+    /// Gravity and the points' forces on every node, N; forces that are not finite count as none.
+    pub(super) fn external_forces(&self, points: &[PointForce]) -> Vec<DVec3> {
+        let mut forces: Vec<DVec3> =
+            self.parts.mass_kg.iter().map(|mass| *mass * self.gravity_m_per_s2).collect();
+        for point in points.iter().filter(|point| point.force_n.is_finite()) {
+            for (&node, weight) in point.at.nodes.iter().zip(point.at.weights) {
+                forces[node as usize] += weight * point.force_n;
+            }
+        }
+        forces
+    }
+
+    /// From rest.
+    pub(super) fn elastic_j(&self, positions_m: &[DVec3]) -> f64 {
+        self.parts.elastic.energy_j(positions_m) - self.rest_energy_j
+    }
+
+    pub(super) fn kinetic_j(&self, velocities: &[DVec3]) -> f64 {
+        let each = self.parts.mass_kg.iter().zip(velocities);
+        each.map(|(mass, velocity)| 0.5 * mass * velocity.length_squared()).sum()
+    }
+
+    /// The pressure that comes nearest to balancing all forces.
+    pub(super) fn pressure_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3], forces_n: &[DVec3]) -> f64 {
+        let mut forces = forces_n.to_vec();
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        -dot(&gradient, &self.symbolic.gather(&forces)) / dot(&gradient, &gradient).max(f64::MIN_POSITIVE)
+    }
+
+    /// The pressure that balances the forces of most nodes: what it is in equilibrium, whatever is pressed on a few of them.
+    pub(super) fn pressure_of_most_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
+        let mut forces = self.external_forces(&[]);
+        self.parts.elastic.add_forces(positions_m, &mut forces);
+        let gradient = enclosed.gradient(positions_m);
+        let free = self.symbolic.order().iter().map(|&node| (forces[node as usize], gradient[node as usize]));
+        let mut pressures: Vec<f64> =
+            free.map(|(force, area)| -force.dot(area) / area.length_squared()).collect();
+        pressures.sort_unstable_by(f64::total_cmp);
+        pressures.get(pressures.len() / 2).copied().unwrap_or(0.0)
+    }
+
+    pub(super) fn volume_gradient(
+        &self,
+        enclosed: &Enclosed,
+        positions_m: &[DVec3],
+        factor: &Factor,
+    ) -> VolumeGradient {
+        let gradient = self.symbolic.gather(&enclosed.gradient(positions_m));
+        let mut solved = gradient.clone();
+        factor.solve_in_place(&mut solved);
+        let product = dot(&gradient, &solved);
+        VolumeGradient { gradient, solved, product }
+    }
+
+    /// `None` if the body can move without deforming.
+    pub(super) fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
+        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
+        let start =
+            SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
+        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
+        let mut matrix = BlockMatrix::new(self.symbolic.clone());
+        self.fill(&mut matrix, &potential, rest_m, false);
+        if not_held.is_some() || factor.refactor(&matrix).is_err() {
+            return None;
+        }
+        let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
+        Some(RestCompliance { factor, volume })
+    }
+
+    /// A field over all nodes without its part on fixed ones.
+    pub(super) fn free_part(&self, mut field: Vec<DVec3>) -> Vec<DVec3> {
+        field
+            .iter_mut()
+            .zip(&self.parts.fixed)
+            .filter(|(_, fixed)| **fixed)
+            .for_each(|(part, _)| *part = DVec3::ZERO);
+        field
+    }
+
+    /// A vector over the free coordinates as a field over the nodes, zero where they are fixed.
+    pub(super) fn scattered(&self, vector: &[f64]) -> Vec<DVec3> {
+        let mut field = vec![DVec3::ZERO; self.parts.rest_m.len()];
+        self.symbolic.scatter(vector, &mut field);
+        field
+    }
+
+    /// The largest stiffness of a node about rest, N/m.
+    pub(super) fn stiffness_n_per_m(&self) -> f64 {
+        let mut matrix = BlockMatrix::new(self.symbolic.clone());
+        self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
+        let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
+        diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
+    }
+
+    /// The linearised step about the start of `potential`, whose matrix was exact or not.
+    pub(super) fn linear(&self, potential: &Potential<'_>, exact: bool) -> LinearBody {
+        let stiffness = |positive| {
+            let mut matrix = BlockMatrix::new(self.symbolic.clone());
+            self.add_stiffness(&mut matrix, potential, potential.start_m, positive, 1.0);
+            matrix.entries()
+        };
+        let order = self.symbolic.order();
+        let gradient = |enclosed: &Enclosed| self.symbolic.gather(&enclosed.gradient(potential.start_m));
+        LinearBody {
+            period_s: self.period_s,
+            quasi_static: self.quasi_static,
+            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
+            mass_kg: order.iter().flat_map(|&node| [self.parts.mass_kg[node as usize]; 3]).collect(),
+            mass_damping_per_s: self.mass_damping_per_s,
+            stiffness_damping_s: self.stiffness_damping_s,
+            stiffness: stiffness(false),
+            step_stiffness: (!exact).then(|| stiffness(true)),
+            volume_gradient: self.parts.enclosed.as_ref().map(gradient),
+        }
+    }
+
+    /// The unit forces of a point along x, y and z, in the free coordinates: three columns.
+    pub(super) fn unit_forces(&self, points: &[MaterialPoint]) -> DMatrix<f64> {
+        let mut columns = DMatrix::zeros(self.symbolic.coordinates(), 3 * points.len());
+        for (index, point) in points.iter().enumerate() {
+            for (&node, weight) in point.nodes.iter().zip(point.weights) {
+                let Some(place) = self.symbolic.position(node) else { continue };
+                (0..3).for_each(|axis| columns[(3 * place + axis, 3 * index + axis)] += weight);
+            }
+        }
+        columns
+    }
+}
