@@ -308,15 +308,15 @@ impl WorldState {
             return;
         }
         let (surface, stepped_with) = self.in_use(of, place);
-        let mut error = surface - fingers;
-        for row in (0..error.nrows()).filter(|row| of.idle_axes[row % 3]) {
-            error.row_mut(row).fill(0.0);
-        }
+        let error = surface - fingers;
         match (&self.sharing, &world.compliance) {
             (Some(sharing), Some(compliance)) => {
                 self.forces = sharing * (&error - compliance * stepped_with);
             }
             _ => self.forces = &error * world.kh_n_per_m,
+        }
+        for row in (0..self.forces.nrows()).filter(|row| of.idle_axes[row % 3]) {
+            self.forces.row_mut(row).fill(0.0);
         }
         if of.kind == LocalModelKind::Pi {
             let per_tick = world.int_n_per_m / place.ticks as f64;
