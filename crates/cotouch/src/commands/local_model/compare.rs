@@ -5,6 +5,7 @@ mod open_loop;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
+use cotouch_analysis::soft::ratios;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::SoftMeshKind;
 use cotouch_scene::{Override, Scene};
@@ -95,18 +96,24 @@ pub(super) fn compare(
     Ok(Verdict::Good)
 }
 
-/// The scene with each of the models; gains that it does not write follow from the model.
+/// The scene with each of the models: its own with its gains, the others with those that the analysis chooses.
 fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
+    let own = cotouch_scene::load(name, overrides)?;
+    if !own.soft.exists() {
+        return Err(Failure::usage(format!(
+            "{name} has no soft object; compare needs a scene with [soft], such as soft-block"
+        )));
+    }
     let with_model = |model: &&str| -> Result<Scene, Failure> {
         let kind = format!("local_model.kind={model}").parse();
         let kind: Override = kind.map_err(Failure::usage)?;
-        let scene = cotouch_scene::load(name, &[overrides, &[kind]].concat())?;
-        if scene.soft.exists() {
-            return Ok(scene);
+        let mut scene = cotouch_scene::load(name, &[overrides, &[kind]].concat())?;
+        if scene.local_model.kind != own.local_model.kind {
+            let model = &mut scene.local_model;
+            (model.stiffness_n_per_m, model.integral_n_per_m) = (0.0, 0.0);
+            [scene.local_model.stiffness_ratio, scene.local_model.integral_ratio] = ratios(&scene);
         }
-        Err(Failure::usage(format!(
-            "{name} has no soft object; compare needs a scene with [soft], such as soft-block"
-        )))
+        Ok(scene)
     };
     MODELS.iter().map(with_model).collect()
 }
