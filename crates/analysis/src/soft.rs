@@ -120,10 +120,10 @@ pub struct World {
     pub touches: Vec<Touch>,
     /// Its step, seen from them.
     pub body: SlowBody,
-    /// K_h.
-    pub kh_n_per_m: f64,
-    /// INT.
-    pub int_n_per_m: f64,
+    /// K_h, one a touch.
+    pub kh_n_per_m: Vec<f64>,
+    /// INT, one a touch.
+    pub int_n_per_m: Vec<f64>,
     /// W, m/N, 3m × 3m; of the kind `compliance`.
     pub compliance: Option<DMatrix<f64>>,
 }
@@ -194,9 +194,11 @@ impl World {
     /// (1/K_h + W)⁻¹, where contacts share their forces.
     fn sharing(&self, kind: LocalModelKind) -> Option<DMatrix<f64>> {
         let compliance = self.compliance.as_ref().filter(|_| kind == LocalModelKind::Compliance)?;
-        let own =
-            DMatrix::from_diagonal_element(compliance.nrows(), compliance.nrows(), self.kh_n_per_m.recip());
-        (own + compliance).try_inverse()
+        let mut sum = compliance.clone();
+        for row in 0..sum.nrows() {
+            sum[(row, row)] += self.kh_n_per_m[row / 3].recip();
+        }
+        sum.try_inverse()
     }
 }
 

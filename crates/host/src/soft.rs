@@ -60,8 +60,10 @@ pub struct SlowFrame {
     pub positions_m: Vec<DVec3>,
     /// The surface there.
     pub surface: MeshSurface,
-    /// K_o: 1 over the largest eigenvalue of the joint compliance of all fingers that touch or are near, N/m.
+    /// The least K_o of all fingers that touch or are near, N/m.
     pub ko_n_per_m: f64,
+    /// K_o of every finger slot, N/m: see [`SlowLoop`].
+    pub ko_of_slots_n_per_m: [f64; MAX_SOFT_CONTACTS],
     /// The slots in `compliance`.
     pub slots: ArrayVec<u8, MAX_SOFT_CONTACTS>,
     /// Joint compliance of these, m/N: row-major, 3 rows and columns each.
@@ -104,8 +106,8 @@ pub struct SoftHostState {
     pub told: bool,
     /// The tick at which the frame in use was taken over.
     pub taken_at: u64,
-    /// K_o before and after the last take-over, N/m.
-    pub ko_n_per_m: [f64; 2],
+    /// K_o of every finger slot before and after the last take-over, N/m. Of a finger that touches it only falls.
+    pub ko_n_per_m: Vec<[f64; 2]>,
     /// The frame in use.
     #[serde(skip)]
     pub frame: Option<Arc<SlowFrame>>,
@@ -135,6 +137,7 @@ impl SoftHostState {
         Self {
             contacts: vec![LocalContact::default(); slots],
             returned_n: vec![DVec3::ZERO; slots],
+            ko_n_per_m: vec![[0.0; 2]; slots],
             ..Self::default()
         }
     }

@@ -247,8 +247,10 @@ fn world(
 ) -> Result<World, SoftAnalysisError> {
     let local = &scene.local_model;
     let compliance = prepared.compliance(set);
-    let ko_n_per_m = stiffness(&compliance)?;
-    let or_ratio = |gain: f64, ratio: f64| if gain > 0.0 { gain } else { ratio * ko_n_per_m };
+    let stiffnesses = stiffnesses(&compliance)?;
+    let or_ratio = |gain: f64, ratio: f64| -> Vec<f64> {
+        stiffnesses.iter().map(|ko_n_per_m| if gain > 0.0 { gain } else { ratio * ko_n_per_m }).collect()
+    };
     let touch = |(place, &hand): (usize, &usize)| {
         let user = hands[hand].user;
         let away = user != host;
@@ -270,12 +272,21 @@ fn world(
     })
 }
 
-/// K_o: 1 over the largest eigenvalue of a joint compliance, N/m; 0 without contacts.
-fn stiffness(compliance: &DMatrix<f64>) -> Result<f64, SoftAnalysisError> {
-    if compliance.is_empty() {
-        return Ok(0.0);
+/// K_o of every contact of a joint compliance (three rows each), N/m: `1/(λ·c_i)`, `c_i` being the largest eigenvalue of its
+/// own compliance and `λ` that of the joint one in units of these.
+fn stiffnesses(compliance: &DMatrix<f64>) -> Result<Vec<f64>, SoftAnalysisError> {
+    let largest = |matrix: DMatrix<f64>| ((&matrix + matrix.transpose()) * 0.5).symmetric_eigenvalues().max();
+    let own = |contact: usize| match largest(compliance.view((3 * contact, 3 * contact), (3, 3)).into()) {
+        own if own > 0.0 => Ok(own),
+        _ => Err(SoftAnalysisError::Rigid),
+    };
+    let own: Vec<f64> = (0..compliance.nrows() / 3).map(own).collect::<Result<_, _>>()?;
+    if own.is_empty() {
+        return Ok(own);
     }
-    let symmetric = (compliance + compliance.transpose()) * 0.5;
-    let largest = symmetric.symmetric_eigenvalues().max();
-    if largest > 0.0 { Ok(largest.recip()) } else { Err(SoftAnalysisError::Rigid) }
+    let scale = DMatrix::from_fn(compliance.nrows(), compliance.ncols(), |row, column| {
+        (own[row / 3] * own[column / 3]).sqrt().recip()
+    });
+    let joint = largest(compliance.component_mul(&scale));
+    Ok(own.iter().map(|own| (joint * own).recip()).collect())
 }

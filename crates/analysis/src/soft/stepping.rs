@@ -313,14 +313,19 @@ impl WorldState {
             (Some(sharing), Some(compliance)) => {
                 self.forces = sharing * (&error - compliance * stepped_with);
             }
-            _ => self.forces = &error * world.kh_n_per_m,
+            _ => {
+                self.forces = error.clone();
+                for (row, mut force) in self.forces.row_iter_mut().enumerate() {
+                    force *= world.kh_n_per_m[row / 3];
+                }
+            }
         }
         for row in (0..self.forces.nrows()).filter(|row| of.idle_axes[row % 3]) {
             self.forces.row_mut(row).fill(0.0);
         }
         if of.kind == LocalModelKind::Pi {
-            let per_tick = world.int_n_per_m / place.ticks as f64;
             for (contact, touch) in world.touches.iter().enumerate() {
+                let per_tick = world.int_n_per_m[contact] / place.ticks as f64;
                 let normal = touch.normal.to_array();
                 for (axis, along) in normal.into_iter().enumerate() {
                     let integral = self.integrals.row(contact) * along;

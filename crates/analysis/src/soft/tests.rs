@@ -59,8 +59,8 @@ fn one_finger(
         host: HostIndex::FIRST,
         touches: vec![touch],
         body: SlowBody::quasi_static(compliance.clone()),
-        kh_n_per_m: gains[0],
-        int_n_per_m: gains[1],
+        kh_n_per_m: vec![gains[0]],
+        int_n_per_m: vec![gains[1]],
         compliance: Some(compliance),
     };
     SoftLoop {
@@ -249,8 +249,8 @@ fn two_hosts(centralized: bool, kind: LocalModelKind) -> SoftLoop {
             })
             .collect(),
         body: body.clone(),
-        kh_n_per_m: 80.0,
-        int_n_per_m: 20.0,
+        kh_n_per_m: vec![80.0, 60.0],
+        int_n_per_m: vec![20.0, 15.0],
         compliance: Some(DMatrix::from_diagonal_element(6, 6, 3e-3)),
     };
     SoftLoop {

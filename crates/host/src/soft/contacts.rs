@@ -68,14 +68,17 @@ impl SoftContacts {
         (tick.saturating_sub(soft.taken_at) as f64 / self.ticks_of_period(tick) as f64).min(1.0)
     }
 
-    /// K_o at `tick`: linearly from the frame before to that in use.
-    fn ko_n_per_m(&self, soft: &SoftHostState, tick: u64) -> f64 {
-        let [before, after] = soft.ko_n_per_m;
-        before + (after - before) * self.share_of_way(soft, tick)
+    /// K_o of every slot at `tick`: linearly from the frame before to that in use.
+    fn ko_n_per_m(&self, soft: &SoftHostState, tick: u64) -> Slots<f64> {
+        let share = self.share_of_way(soft, tick);
+        soft.ko_n_per_m.iter().map(|[before, after]| before + (after - before) * share).collect()
     }
 
-    fn gains(&self, soft: &SoftHostState, tick: u64) -> LocalGains {
-        let ko_n_per_m = self.ko_n_per_m(soft, tick);
+    fn gains(&self, soft: &SoftHostState, tick: u64) -> Slots<LocalGains> {
+        self.ko_n_per_m(soft, tick).iter().map(|&ko_n_per_m| self.gains_on(ko_n_per_m, tick)).collect()
+    }
+
+    fn gains_on(&self, ko_n_per_m: f64, tick: u64) -> LocalGains {
         let ticks = self.ticks_of_period(tick) as f64;
         let absolute_or =
             |absolute: f64, ratio: f64| if absolute > 0.0 { absolute } else { ratio * ko_n_per_m };
@@ -136,8 +139,17 @@ impl HostModel {
         let Some(soft) = &self.soft else { return Some(frame) };
         let state = &mut state.soft;
         let begins = state.frame.is_none();
-        let ko_n_per_m = if begins { frame.ko_n_per_m } else { soft.ko_n_per_m(state, tick) };
-        state.ko_n_per_m = [ko_n_per_m, frame.ko_n_per_m];
+        let present = soft.ko_n_per_m(state, tick);
+        for (slot, ko_n_per_m) in state.ko_n_per_m.iter_mut().enumerate() {
+            let next = frame.ko_of_slots_n_per_m[slot];
+            // A spring that grows stiffer while it is stretched would push a finger off.
+            let [from, most] = match (begins, state.contacts[slot].touching) {
+                (true, _) => [next, next],
+                (false, true) => [present[slot]; 2],
+                (false, false) => [present[slot], f64::INFINITY],
+            };
+            *ko_n_per_m = [from, next.min(most)];
+        }
         state.taken_at = tick;
         if begins {
             state.previous = Some(frame.clone());
@@ -194,7 +206,7 @@ impl HostModel {
                 output.device[finger.finger] = Wrench::force(output.device[finger.finger].force + force);
             }
             let slot_of_coupler = self.finger_slot(finger.host, finger.finger, 0);
-            present.record(output, &state.soft.contacts[slot], finger, slot_of_coupler);
+            present.record(output, (slot, &state.soft.contacts[slot]), finger, slot_of_coupler);
         }
         output.slow = soft.sum_up(&mut state.soft, tick, &fingers, &forces);
     }

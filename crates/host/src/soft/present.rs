@@ -14,7 +14,8 @@ use crate::output::{ContactPoint, ContactRecord, ContactSurface, CouplerOutput, 
 /// One tick of all contacts of a host, as far as it is known beforehand.
 pub(super) struct Present<'a> {
     pub(super) law: &'a LocalLaw,
-    pub(super) gains: LocalGains,
+    /// One a slot.
+    pub(super) gains: Slots<LocalGains>,
     pub(super) surface: SurfaceInUse<'a>,
     pub(super) frame: &'a SlowFrame,
     pub(super) is_hold_tick: bool,
@@ -28,22 +29,23 @@ impl Present<'_> {
             _ => contacts
                 .iter_mut()
                 .zip(fingers)
-                .map(|(contact, finger)| self.act_alone(contact, finger))
+                .zip(&self.gains)
+                .map(|((contact, finger), gains)| self.act_alone(contact, finger, gains))
                 .collect(),
         }
     }
 
-    fn act_alone(&self, contact: &mut LocalContact, finger: &Touching) -> DVec3 {
+    fn act_alone(&self, contact: &mut LocalContact, finger: &Touching, gains: &LocalGains) -> DVec3 {
         let Some((centre, velocity)) = finger.place else { return self.forget(contact) };
         if self.law.kind == LocalModelKind::Hold && !self.is_hold_tick {
             return contact.force;
         }
         self.meet(contact, centre);
         if contact.touching && !self.law.two_sided && contact.depth_m(&self.surface, centre) <= 0.0 {
-            contact.come_off(&self.surface, &self.gains, centre);
+            contact.come_off(&self.surface, gains, centre);
         }
         contact.force = if contact.touching {
-            self.press(contact, centre, velocity)
+            self.press(contact, gains, centre, velocity)
         } else {
             let force = contact.normal * contact.integral_n;
             contact.drain();
@@ -53,8 +55,8 @@ impl Present<'_> {
     }
 
     /// The force of a finger that touches, N.
-    fn press(&self, contact: &mut LocalContact, centre: DVec3, velocity: DVec3) -> DVec3 {
-        let stiffness = self.gains.stiffness_n_per_m;
+    fn press(&self, contact: &mut LocalContact, gains: &LocalGains, centre: DVec3, velocity: DVec3) -> DVec3 {
+        let stiffness = gains.stiffness_n_per_m;
         let mut stretch = contact.stretch(&self.surface, centre);
         // A contact that slides has another normal afterwards.
         let normal = contact.normal;
@@ -65,7 +67,7 @@ impl Present<'_> {
         }
         let force = stiffness * stretch + normal * contact.integral_n;
         if self.law.kind == LocalModelKind::Pi {
-            contact.integrate(self.law, &self.gains, &self.surface, (depth_m, velocity));
+            contact.integrate(self.law, gains, &self.surface, (depth_m, velocity));
         }
         force
     }
@@ -101,7 +103,7 @@ impl Present<'_> {
                 slots.push(slot);
                 joint.push(JointContact {
                     place,
-                    stiffness_n_per_m: finger.fade * self.gains.stiffness_n_per_m,
+                    stiffness_n_per_m: finger.fade * self.gains[slot].stiffness_n_per_m,
                     stretch: contact.stretch(&self.surface, centre),
                     normal: contact.normal,
                     two_sided: self.law.two_sided,
@@ -116,15 +118,21 @@ impl Present<'_> {
                 Some((forces[at] / finger.fade, joint[at].place))
             });
             forces.push(match known {
-                Some((force, place)) => self.yield_to(contact, finger, force, place),
-                None => self.act_alone(contact, finger),
+                Some((force, place)) => self.yield_to((contact, finger), &self.gains[slot], force, place),
+                None => self.act_alone(contact, finger, &self.gains[slot]),
             });
         }
         forces
     }
 
     /// The force of a finger for which the joint compliance gives `force`, N.
-    fn yield_to(&self, contact: &mut LocalContact, finger: &Touching, force: DVec3, place: usize) -> DVec3 {
+    fn yield_to(
+        &self,
+        (contact, finger): (&mut LocalContact, &Touching),
+        gains: &LocalGains,
+        force: DVec3,
+        place: usize,
+    ) -> DVec3 {
         let Some((centre, _)) = finger.place else { return self.forget(contact) };
         let push_n = force.dot(contact.normal);
         contact.force = force;
@@ -133,11 +141,11 @@ impl Present<'_> {
         }
         if push_n <= 0.0 && contact.depth_m(&self.surface, centre) <= 0.0 {
             contact.force = DVec3::ZERO;
-            contact.come_off(&self.surface, &self.gains, centre);
+            contact.come_off(&self.surface, gains, centre);
             return DVec3::ZERO;
         }
         // In units of the anchor's slip: the surface gives way as well as the spring.
-        let yields = 1.0 / self.gains.stiffness_n_per_m + finger.fade * self.own_compliance(place);
+        let yields = 1.0 / gains.stiffness_n_per_m + finger.fade * self.own_compliance(place);
         let stretch =
             contact.slide(self.law, &self.surface, force * yields, self.law.friction * push_n * yields);
         contact.force = stretch / yields;
@@ -157,16 +165,16 @@ impl Present<'_> {
     pub(super) fn record(
         &self,
         output: &mut TickOutput,
-        contact: &LocalContact,
+        (slot, contact): (usize, &LocalContact),
         finger: &Touching,
-        slot: u16,
+        coupler: u16,
     ) {
         let Some((centre, _)) = finger.place else { return };
         if !contact.touching && contact.force == DVec3::ZERO {
             return;
         }
         let force = finger.fade * contact.force;
-        let stiffness = self.gains.stiffness_n_per_m;
+        let stiffness = self.gains[slot].stiffness_n_per_m;
         // What finds no place in the list counts all the same.
         let _ = output.contacts.try_push(ContactRecord {
             point: ContactPoint::Finger { host: finger.host, finger: finger.finger as u8 },
@@ -176,7 +184,7 @@ impl Present<'_> {
             depth_m: if contact.touching { contact.depth_m(&self.surface, centre) } else { 0.0 },
         });
         let _ = output.couplers.try_push(CouplerOutput {
-            slot,
+            slot: coupler,
             held: true,
             stiffness_n_per_m: finger.fade * stiffness,
             stretch: if stiffness > 0.0 { contact.force / stiffness } else { DVec3::ZERO },

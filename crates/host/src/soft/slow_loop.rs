@@ -14,7 +14,12 @@ use super::{MAX_SOFT_CONTACTS, SlowFrame, SlowInput};
 /// Most frames that are kept to be used again: as many as ticks, displays and recorders may hold at a time.
 const MOST_KEPT: usize = 16;
 
-/// The slow simulation of one host. A clone is independent.
+/// The slow simulation of one host, and what it says of the body's stiffness at every finger. A clone is independent.
+///
+/// K_o of finger i is `1/(λ·c_i)`: `c_i` is the largest eigenvalue of its own compliance `W_ii`, and `λ` that of the joint
+/// compliance `W` of all fingers that touch or are near in units of their own, `D^−½·W·D^−½` with `D` made of the `c_i·I`.
+/// Gains `K_i = r·K_o,i` then have `K·W` with all eigenvalues at most `r`, as one contact of ratio `r` has, and a finger at
+/// a stiff place does not grow soft because another is at a soft one.
 pub struct SlowLoop {
     body: Box<dyn SoftBody>,
     /// The surface with its history: every frame has a copy.
@@ -63,7 +68,8 @@ impl SlowLoop {
             period: None,
             positions_m: body.state().positions_m.clone(),
             surface: surface.clone(),
-            ko_n_per_m: stiffness.ko_n_per_m(),
+            ko_n_per_m: stiffness.least_ko_n_per_m(),
+            ko_of_slots_n_per_m: *stiffness.ko_of_slots_n_per_m(),
             slots: ArrayVec::new(),
             compliance: Vec::new(),
             forces_n: ArrayVec::new(),
@@ -114,7 +120,8 @@ impl SlowLoop {
             frame.period = Some(input.period);
             frame.positions_m.clone_from(&self.body.state().positions_m);
             frame.surface.copy_from(&self.surface);
-            frame.ko_n_per_m = self.stiffness.ko_n_per_m();
+            frame.ko_n_per_m = self.stiffness.least_ko_n_per_m();
+            frame.ko_of_slots_n_per_m = *self.stiffness.ko_of_slots_n_per_m();
             frame.energy = self.body.energy();
             self.body.stress_pa(&mut frame.stress_pa);
             self.stiffness.tell(frame, input);

@@ -1,7 +1,6 @@
 //! How stiff the body is where it is touched: the joint compliance of all contacts, and K_o.
 //!
-//! K_o is 1 over the largest eigenvalue of the joint compliance W = J·K⁻¹·Jᵀ of all fingers that touch or are near, about
-//! rest: for one contact its stiffness in its softest direction; several soften each other.
+//! K_o of a contact, about rest, is its stiffness in its softest direction; several soften each other ([`super::SlowLoop`]).
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::MAX_FINGERS;
@@ -37,7 +36,10 @@ pub(super) struct Stiffness {
     last_places: Places,
     /// Of these, m/N, row-major; empty where the body does not tell.
     compliance: Vec<f64>,
-    ko_n_per_m: f64,
+    /// K_o of every slot, N/m; of fingers that are far, as it was last.
+    ko_of_slots_n_per_m: [f64; MAX_SOFT_CONTACTS],
+    /// The least of those in `places`.
+    least_ko_n_per_m: f64,
     estimate: Option<Estimate>,
     needs_compliance: bool,
 }
@@ -55,7 +57,8 @@ impl Stiffness {
             places: Places::new(),
             last_places: Places::new(),
             compliance: Vec::new(),
-            ko_n_per_m: 0.0,
+            ko_of_slots_n_per_m: [0.0; MAX_SOFT_CONTACTS],
+            least_ko_n_per_m: 0.0,
             estimate: None,
             needs_compliance: scene.local_model.kind == LocalModelKind::Compliance,
         };
@@ -65,25 +68,37 @@ impl Stiffness {
         }
         if estimates || stiffness.compliance.is_empty() {
             let estimate = Estimate::probed(body, surface, &places);
-            stiffness.ko_n_per_m = estimate.ko_n_per_m(places.iter().map(|place| place.0));
+            stiffness.all_have(estimate.ko_n_per_m(places.iter().map(|place| place.0)));
             stiffness.estimate = Some(estimate);
         }
         stiffness
     }
 
-    /// K_o, N/m.
-    pub(super) fn ko_n_per_m(&self) -> f64 {
-        self.ko_n_per_m
+    /// K_o of every slot, N/m.
+    pub(super) fn ko_of_slots_n_per_m(&self) -> &[f64; MAX_SOFT_CONTACTS] {
+        &self.ko_of_slots_n_per_m
+    }
+
+    /// The least of those that touch or are near, N/m.
+    pub(super) fn least_ko_n_per_m(&self) -> f64 {
+        self.least_ko_n_per_m
+    }
+
+    /// An estimate is of all together.
+    fn all_have(&mut self, ko_n_per_m: f64) {
+        self.ko_of_slots_n_per_m = [ko_n_per_m; MAX_SOFT_CONTACTS];
+        self.least_ko_n_per_m = ko_n_per_m;
     }
 
     /// After a step under `input`.
     pub(super) fn follow(&mut self, body: &dyn SoftBody, surface: &MeshSurface, input: &SlowInput) {
         let places = self.touched_or_near(surface, input);
-        if let Some(estimate) = &mut self.estimate {
+        if let Some(mut estimate) = self.estimate.take() {
             estimate.observe(&body.state().positions_m, input);
             if !places.is_empty() {
-                self.ko_n_per_m = estimate.ko_n_per_m(places.iter().map(|place| place.0));
+                self.all_have(estimate.ko_n_per_m(places.iter().map(|place| place.0)));
             }
+            self.estimate = Some(estimate);
         }
         let asks = self.estimate.is_none() || self.needs_compliance;
         let rests = places == self.last_places && places != self.places;
@@ -140,7 +155,11 @@ impl Stiffness {
             return;
         };
         if self.estimate.is_none() {
-            self.ko_n_per_m = 1.0 / largest_eigenvalue(&compliance);
+            let ko_n_per_m = stiffnesses(&compliance);
+            self.least_ko_n_per_m = ko_n_per_m.iter().copied().fold(f64::INFINITY, f64::min);
+            for ((slot, _), ko_n_per_m) in places.iter().zip(ko_n_per_m) {
+                self.ko_of_slots_n_per_m[usize::from(*slot)] = ko_n_per_m;
+            }
         }
         self.compliance.clear();
         self.compliance.extend(compliance.transpose().iter());
@@ -148,8 +167,22 @@ impl Stiffness {
     }
 }
 
+/// K_o of every contact of a joint compliance, three rows each, N/m.
+fn stiffnesses(compliance: &DMatrix<f64>) -> Vec<f64> {
+    let own =
+        |contact: usize| largest_eigenvalue(&compliance.view((3 * contact, 3 * contact), (3, 3)).into());
+    let own: Vec<f64> = (0..compliance.nrows() / 3).map(own).collect();
+    let in_own_units = DMatrix::from_fn(compliance.nrows(), compliance.ncols(), |row, column| {
+        compliance[(row, column)] / (own[row / 3] * own[column / 3]).sqrt()
+    });
+    let joint = largest_eigenvalue(&in_own_units);
+    own.iter().map(|own| 1.0 / (joint * own)).collect()
+}
+
 fn is_sound(compliance: &DMatrix<f64>) -> bool {
-    compliance.iter().all(|entry| entry.is_finite()) && largest_eigenvalue(compliance) > 0.0
+    let gives_way =
+        |contact: usize| (0..3).any(|axis| compliance[(3 * contact + axis, 3 * contact + axis)] > 0.0);
+    compliance.iter().all(|entry| entry.is_finite()) && (0..compliance.nrows() / 3).all(gives_way)
 }
 
 /// Of the symmetric part.
