@@ -659,8 +659,8 @@ pub struct LocalModel {
     pub kind: LocalModelKind,
     /// K_h, N/m; 0: `stiffness_ratio` times the K_o of the contacts.
     pub stiffness_n_per_m: f64,
-    /// K_h in units of K_o, where `stiffness_n_per_m` is 0. K_o is 1 over the largest eigenvalue of the joint compliance of all
-    /// contacts.
+    /// K_h in units of K_o, where `stiffness_n_per_m` is 0. K_o is a contact's stiffness in its softest direction, divided by
+    /// the largest eigenvalue of the joint compliance of all contacts in units of their own.
     pub stiffness_ratio: f64,
     /// INT = N·T·I of `pi`, N/m; 0: `integral_ratio` times K_o.
     pub integral_n_per_m: f64,

@@ -178,7 +178,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("soft.mesh.origin_m", Kind::Vector { max: 10.0 }, Is("0"), "m", "Where the least corner of a beam or block is, the middle of anything else that is generated, or the origin of a file.", at!(soft.mesh.origin_m)),
 
     Key::new("local_model.kind", Kind::Choice(LocalModelKind::WORDS), Is("p"), "", "Between a hand and the soft object: a force that is computed once a period of the simulation and held; a spring (p); a spring and an integral (pi); or a spring to a surface that gives way by the joint compliance of all contacts.", at!(local_model.kind)),
-    Key::new("local_model.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "K_h; 0: local_model.stiffness_ratio times K_o, which is 1 over the largest eigenvalue of the joint compliance of all contacts.", at!(local_model.stiffness_n_per_m)),
+    Key::new("local_model.stiffness_n_per_m", STIFFNESS, Is("0"), "N/m", "K_h; 0: local_model.stiffness_ratio times K_o, the contact's stiffness in its softest direction, less where other contacts move it too.", at!(local_model.stiffness_n_per_m)),
     Key::new("local_model.stiffness_ratio", number(0.0, 10.0), STIFFNESS_RATIO, "", "K_h in units of K_o.", at!(local_model.stiffness_ratio)),
     Key::new("local_model.integral_n_per_m", STIFFNESS, Is("0"), "N/m", "INT of pi, what the integral gains in a period of the simulation; 0: local_model.integral_ratio times K_o.", at!(local_model.integral_n_per_m)),
     Key::new("local_model.integral_ratio", number(0.0, 10.0), Is("0.5"), "", "INT in units of K_o.", at!(local_model.integral_ratio)),
