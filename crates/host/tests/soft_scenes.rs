@@ -97,7 +97,12 @@ fn press(tick: u32) -> f64 {
 fn every_scene_is_pressed_and_let_go() {
     for name in ["spring", "soft-block", "balloon", "organ"] {
         for kind in ["hold", "p", "pi", "compliance"] {
-            let overrides = [format!("local_model.kind={kind}"), "local_model.stiffness_ratio=0.3".into()];
+            // A body that swings takes a softer integral than one without inertia.
+            let overrides = [
+                format!("local_model.kind={kind}"),
+                "local_model.stiffness_ratio=0.3".into(),
+                "local_model.integral_ratio=0.05".into(),
+            ];
             let scene = scene(name, &overrides.each_ref().map(String::as_str));
             let mut hands = Hands::new(&scene, 0.004);
             let (mut largest_n, mut touched) = (0.0_f64, 0);

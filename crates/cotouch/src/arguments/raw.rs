@@ -448,7 +448,8 @@ Example:
 Open loop: every finger presses and slides along a given path, and each model's forces stand beside those of the same scene \
 simulated at the haptic rate, with the contact's spring four times as stiff as the object. force_error is the root mean square \
 of the difference over that of the reference; peak_error the largest difference over the largest force of the reference; \
-max_jump_n the largest change of a force from one tick to the next.
+max_jump_n the largest change of a force from one tick to the next. The scene's own model has the scene's gains; hold, p and \
+pi otherwise those that the analysis chooses for any object of that K_o, compliance the reference's spring.
 
 Closed loop: the scene's own simulated hands, with Young's modulus from 500 Pa to 1 MPa, doubling; a model counts as stable \
 where a run would (no force limit for over 20 ms on end, no growing energy above 8 Hz).

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotouch_analysis::soft::ratios;
 use cotouch_runtime::virtual_run;
-use cotouch_scene::scene::SoftMeshKind;
+use cotouch_scene::scene::{LocalModelKind, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
 use rayon::prelude::*;
 use serde::Serialize;
@@ -96,7 +96,8 @@ pub(super) fn compare(
     Ok(Verdict::Good)
 }
 
-/// The scene with each of the models: its own with its gains, the others with those that the analysis chooses.
+/// The scene with each of the models: its own with its gains, the others with those that the analysis chooses. Of a
+/// compliance no gain is too stiff where the object has no inertia: it takes that of the reference.
 fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
     let own = cotouch_scene::load(name, overrides)?;
     if !own.soft.exists() {
@@ -111,7 +112,11 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
         if scene.local_model.kind != own.local_model.kind {
             let model = &mut scene.local_model;
             (model.stiffness_n_per_m, model.integral_n_per_m) = (0.0, 0.0);
-            [scene.local_model.stiffness_ratio, scene.local_model.integral_ratio] = ratios(&scene);
+            [scene.local_model.stiffness_ratio, scene.local_model.integral_ratio] =
+                match scene.local_model.kind {
+                    LocalModelKind::Compliance => [open_loop::REFERENCE_RATIO, 0.0],
+                    LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Pi => ratios(&scene),
+                };
         }
         Ok(scene)
     };

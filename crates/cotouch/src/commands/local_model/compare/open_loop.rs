@@ -21,7 +21,7 @@ const DURATION_S: f64 = 6.0;
 const FROM_S: f64 = 1.0;
 
 /// How stiff the contact of the reference is, in units of K_o.
-const REFERENCE_RATIO: f64 = 4.0;
+pub(super) const REFERENCE_RATIO: f64 = 4.0;
 
 /// Fingers press by this share of the object's least extent, and slide by this share of that.
 const PRESS_SHARE: f64 = 0.1;
