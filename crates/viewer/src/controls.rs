@@ -366,7 +366,7 @@ mod tests {
         let rigid = ["coupling.", "object.", "wall.", "session.users"];
         assert!(!keys.iter().any(|key| rigid.iter().any(|other| key.starts_with(other))), "{keys:?}");
         let set = values(&block, &chosen, &scene);
-        assert_eq!(set["local_model.kind"], Setting::Choice("compliance".to_owned()));
+        assert_eq!(set["local_model.kind"], Setting::Choice("p".to_owned()));
         assert_eq!(set["rates.simulation_hz"], Setting::Choice("60".to_owned()));
     }
 
