@@ -121,7 +121,8 @@ pub enum AnalysisError {
 
 impl AnalysisError {
     /// Whether there is too much to compute.
-    pub(crate) const fn is_too_large(&self) -> bool {
+    #[must_use]
+    pub const fn is_too_large(&self) -> bool {
         matches!(self, Self::TooLarge { .. } | Self::Soft(SoftAnalysisError::TooLarge { .. }))
     }
 }

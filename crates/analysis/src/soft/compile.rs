@@ -179,7 +179,7 @@ pub fn compile_unreduced(scene: &Scene) -> Result<SoftLoop, SoftAnalysisError> {
     let hands = hands(scene);
     let set: Vec<usize> = (0..hands.len()).collect();
     let body = prepared.exact(&set)?;
-    Ok(soft_loop(scene, &prepared, &hands, &set, body)?)
+    soft_loop(scene, &prepared, &hands, &set, body)
 }
 
 impl SoftMode {

@@ -449,7 +449,8 @@ Open loop: every finger presses and slides along a given path, and each model's 
 simulated at the haptic rate, with the contact's spring four times as stiff as the object. force_error is the root mean square \
 of the difference over that of the reference; peak_error the largest difference over the largest force of the reference; \
 max_jump_n the largest change of a force from one tick to the next. The scene's own model has the scene's gains; hold, p and \
-pi otherwise those that the analysis chooses for any object of that K_o, compliance the reference's spring.
+pi otherwise those that the analysis chooses for an object of that K_o, compliance the reference's spring; these are halved \
+until the analysis calls the scene stable.
 
 Closed loop: the scene's own simulated hands, with Young's modulus from 500 Pa to 1 MPa, doubling; a model counts as stable \
 where a run would (no force limit for over 20 ms on end, no growing energy above 8 Hz).
@@ -479,7 +480,7 @@ Example:
         /// A built-in scene with a soft object, or a TOML file
         scene: String,
         /// A point, m; may be repeated
-        #[arg(long, value_name = "X,Y,Z", value_parser = point, required = true, allow_negative_numbers = true)]
+        #[arg(long, value_name = "X,Y,Z", value_parser = point, required = true, allow_hyphen_values = true)]
         at: Vec<glam::DVec3>,
     },
     /// Where a soft object comes to rest under gravity
@@ -490,7 +491,7 @@ Example, a block of jelly that sags:
         /// A built-in scene with a soft object, or a TOML file
         scene: String,
         /// A point whose displacement is wanted, m; may be repeated
-        #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_negative_numbers = true)]
+        #[arg(long, value_name = "X,Y,Z", value_parser = point, allow_hyphen_values = true)]
         at: Vec<glam::DVec3>,
     },
 }

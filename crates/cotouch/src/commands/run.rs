@@ -4,6 +4,7 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
+use cotouch_analysis::stability::{self, Stability};
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time;
 use cotouch_runtime::summary::{Predicted, Summary};
@@ -29,7 +30,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         let predicted = predict(&scene, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop)?;
-        return conclude(&scene, summary, Some(predicted), output);
+        return conclude(&scene, summary, predicted, output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
@@ -84,7 +85,7 @@ fn base(scene: &str, overrides: &[Override]) -> Base {
 fn finish(
     live: LiveSession,
     base: Option<Base>,
-    predicted: Predicted,
+    predicted: Option<Predicted>,
     plan: &Plan,
     stop: &Stop,
     output: &Output,
@@ -94,9 +95,9 @@ fn finish(
     let predicted = if scene == *began_with {
         predicted
     } else {
-        prediction::predicted(&prediction::analyze(&on_this_network(&scene, plan))?)
+        analyze(&on_this_network(&scene, plan))?.as_ref().map(prediction::predicted)
     };
-    conclude(&scene, summary, Some(predicted), output)
+    conclude(&scene, summary, predicted, output)
 }
 
 /// The scene with the impairment that a session on real sockets meets: none that the scene simulates, but the one that
@@ -118,14 +119,26 @@ fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure>
 }
 
 /// Says what will run and what the analysis says about it.
-fn predict(scene: &Scene, output: &Output) -> Result<Predicted, Failure> {
+fn predict(scene: &Scene, output: &Output) -> Result<Option<Predicted>, Failure> {
     output.say(format_args!("{}: {}", scene.name, prediction::who_and_how(scene)));
-    let stability = prediction::analyze(scene)?;
+    let Some(stability) = analyze(scene)? else { return Ok(None) };
     output.say(format_args!("predicted: {}", prediction::verdict(&stability)));
     for warning in &stability.warnings {
         output.say(format_args!("note: {warning}"));
     }
-    Ok(prediction::predicted(&stability))
+    Ok(Some(prediction::predicted(&stability)))
+}
+
+/// What the analysis says; nothing, and a note, where the loop is too large for it.
+fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
+    match stability::analyze(scene) {
+        Ok(stability) => Ok(Some(stability)),
+        Err(error) if error.is_too_large() => {
+            eprintln!("note: no prediction: {error}");
+            Ok(None)
+        }
+        Err(error) => Err(Failure::Running(error.into())),
+    }
 }
 
 fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan, Failure> {

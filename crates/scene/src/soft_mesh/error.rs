@@ -31,6 +31,14 @@ pub enum SoftMeshError {
         /// How many, about.
         found: usize,
     },
+    /// Two tetrahedra in the same place.
+    #[error("tetrahedra {tetrahedron} and {other} are on the same side of a face that they share")]
+    Overlap {
+        /// One.
+        tetrahedron: usize,
+        /// The other.
+        other: usize,
+    },
     /// A node that is nowhere.
     #[error("node {node} has a coordinate that is not a number")]
     NotFinite {
@@ -130,16 +138,19 @@ impl SoftMeshError {
                 let (least, most) = EXTENT_M;
                 format!("a mesh of {least} m to {most} m; soft.mesh.scale is how many metres a unit of the file is")
             }
-            Self::Surface(error) => error.allowed(),
-            Self::Format { .. } | Self::Ending => {
+            Self::Surface(MeshError::Unreadable(_) | MeshError::Format { .. })
+            | Self::Format { .. }
+            | Self::Ending => {
                 "a readable .msh, .vtk or .vtu file of tetrahedra, or a closed surface as .stl, .obj, .gltf or .glb".to_owned()
             }
+            Self::Surface(error) => error.allowed(),
             Self::Empty | Self::NotFinite { .. } | Self::OutOfRange { .. } => {
                 "a mesh of tetrahedra between nodes that exist".to_owned()
             }
             Self::TooLarge { .. } => format!("a mesh of at most {MAX_ELEMENTS} of them"),
             Self::Inverted { .. } => "a mesh of tetrahedra that are all turned alike".to_owned(),
             Self::Flat { .. } => format!("a mesh of tetrahedra of at least {LEAST_SHAPE} of that volume"),
+            Self::Overlap { .. } => "a mesh of tetrahedra that do not overlap".to_owned(),
             Self::NotManifold { .. } | Self::Hinge { .. } => {
                 "a mesh in which every face is in one or two tetrahedra, and every edge of the surface in two triangles"
                     .to_owned()

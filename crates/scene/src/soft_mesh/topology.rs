@@ -88,6 +88,10 @@ pub(super) fn surface(tetrahedra: &[[u32; 4]]) -> Result<Vec<[u32; 3]>, SoftMesh
     for group in sorted_faces(tetrahedra).chunk_by(|one, other| one.0 == other.0) {
         match *group {
             [(_, face, tetrahedron)] => outer.push((face, tetrahedron)),
+            [(_, face, one), (_, same, other)] if is_even(face) == is_even(same) => {
+                let [one, other] = [one, other].map(|index| index as usize + 1);
+                return Err(SoftMeshError::Overlap { tetrahedron: one, other });
+            }
             [_, _] => (),
             _ => {
                 let tetrahedron = group[2].2 as usize + 1;
@@ -97,6 +101,12 @@ pub(super) fn surface(tetrahedra: &[[u32; 4]]) -> Result<Vec<[u32; 3]>, SoftMesh
     }
     check_hinges(&outer)?;
     Ok(outer.into_iter().map(|(face, _)| face).collect())
+}
+
+/// Whether three different numbers run in ascending order, but for where they begin. Two tetrahedra on either side of a face
+/// see it run in opposite directions.
+fn is_even([a, b, c]: [u32; 3]) -> bool {
+    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
 }
 
 /// Every edge of the surface is in two triangles, if none is in more: the surface of tetrahedra is closed.

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotouch_analysis::soft::ratios;
+use cotouch_analysis::stability;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::{LocalModelKind, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
@@ -19,6 +20,9 @@ use crate::progress::Progress;
 
 /// The models, by the words of `local_model.kind`.
 const MODELS: [&str; 4] = ["hold", "p", "pi", "compliance"];
+
+/// How often gains are halved, at most.
+const MOST_HALVINGS: u32 = 6;
 
 /// Young's moduli: 500 Pa times 2⁰ to 2¹¹.
 const SOFTEST_PA: f64 = 500.0;
@@ -117,10 +121,24 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
                     LocalModelKind::Compliance => [open_loop::REFERENCE_RATIO, 0.0],
                     LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Pi => ratios(&scene),
                 };
+            soften(&mut scene)?;
         }
         Ok(scene)
     };
     MODELS.iter().map(with_model).collect()
+}
+
+/// Halves the gains until the analysis calls the scene stable: its choice is for objects without inertia. What no gain makes
+/// stable keeps the softest.
+fn soften(scene: &mut Scene) -> anyhow::Result<()> {
+    for _ in 0..MOST_HALVINGS {
+        if stability::analyze(scene)?.stable {
+            break;
+        }
+        scene.local_model.stiffness_ratio *= 0.5;
+        scene.local_model.integral_ratio *= 0.5;
+    }
+    Ok(())
 }
 
 /// Nodes that are tied to where they rest have a stiffness of their own.
