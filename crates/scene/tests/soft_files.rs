@@ -245,3 +245,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn tetrahedra_in_the_same_place_are_named() {
+    let nodes = |fifth| vec![DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1, DVec3::Z * 0.1, fifth];
+    let two = vec![[0, 1, 2, 3], [0, 1, 2, 4]];
+    let overlap = SoftMesh::of_tetrahedra(nodes(DVec3::new(0.02, 0.02, 0.15)), two.clone());
+    assert_eq!(overlap, Err(SoftMeshError::Overlap { tetrahedron: 1, other: 2 }));
+    let twice = SoftMesh::of_tetrahedra(nodes(DVec3::ZERO), vec![[0, 1, 2, 3], [0, 1, 2, 3]]);
+    assert_eq!(twice, Err(SoftMeshError::Overlap { tetrahedron: 1, other: 2 }));
+    // On the other side it is fine, its nodes the other way round.
+    let mesh = SoftMesh::of_tetrahedra(nodes(DVec3::new(0.02, 0.02, -0.1)), vec![[0, 1, 2, 3], [0, 2, 1, 4]]);
+    assert_eq!(mesh.unwrap().triangles.len(), 6);
+}

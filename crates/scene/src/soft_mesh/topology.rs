@@ -106,7 +106,7 @@ pub(super) fn surface(tetrahedra: &[[u32; 4]]) -> Result<Vec<[u32; 3]>, SoftMesh
 /// Whether three different numbers run in ascending order, but for where they begin. Two tetrahedra on either side of a face
 /// see it run in opposite directions.
 fn is_even([a, b, c]: [u32; 3]) -> bool {
-    (a < b && b < c) || (b < c && c < a) || (c < a && a < b)
+    [a < b, b < c, c < a].into_iter().filter(|&rises| rises).count() == 2
 }
 
 /// Every edge of the surface is in two triangles, if none is in more: the surface of tetrahedra is closed.
