@@ -4,6 +4,9 @@ use std::fmt::Write as _;
 
 use cotouch_runtime::summary::{Percentiles, SoftSummary, Summary};
 
+/// Less energy than this out of a finger's port is not worth a word, J.
+const LEAST_TOLD_J: f64 = 1e-3;
+
 /// What happened, in a short table.
 pub(super) fn text(summary: &Summary) -> String {
     let mut text = format!("{}\n\n", verdict(summary));
@@ -33,7 +36,11 @@ pub(super) fn text(summary: &Summary) -> String {
     }
     for user in &summary.users_detail {
         if let (Some(peak_force_n), Some(energy_j)) = (user.peak_force_n, user.energy_j) {
-            row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J"));
+            let active = user.passivity.filter(|seen| seen.least_energy_j < -LEAST_TOLD_J);
+            let active = active.map_or_else(String::new, |seen| {
+                format!("; a finger got up to {:.4} J more out than was put in", -seen.least_energy_j)
+            });
+            row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J{active}"));
         }
     }
     if let Some(file) = &summary.recording {

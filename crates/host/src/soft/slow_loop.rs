@@ -46,13 +46,13 @@ impl SlowLoop {
     /// The body of `scene` at rest; under gravity, where that has let it sag to.
     ///
     /// # Errors
-    /// As [`cotouch_soft::soft_body`].
+    /// As [`cotouch_soft::soft_body`]; and when the body does not come to rest under gravity.
     pub fn new(scene: &Scene) -> Result<Self, SoftError> {
-        let body = soft_body(scene)?;
-        let mut sagged = body.clone();
-        // A body whose equilibrium is not found begins as its mesh is.
-        let sags = scene.gravity_m_per_s2 != DVec3::ZERO && sagged.settle(&[]).is_ok();
-        Self::with_body(scene, if sags { sagged } else { body })
+        let mut body = soft_body(scene)?;
+        if scene.gravity_m_per_s2 != DVec3::ZERO {
+            body.settle(&[])?;
+        }
+        Self::with_body(scene, body)
     }
 
     /// The same with a body that was made elsewhere, whatever its technique.

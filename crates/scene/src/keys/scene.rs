@@ -154,7 +154,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("governor.soft_start_s", FADE, Is("0.25"), "s", "Time in which forces fade in at the start; 0 is at once.", at!(governor.soft_start_s)),
     Key::new("governor.release_s", FADE, Is("0.1"), "s", "Time in which forces fade out on a stop, a lost link or a fault; 0 is at once.", at!(governor.release_s)),
     Key::new("governor.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "Damping that the governor adds at the device.", at!(governor.damping_n_s_per_m)),
-    Key::new("governor.passivity_control", Kind::Flag, Is("false"), "", "Whether the governor brakes a finger that got more energy from the session than it put in.", at!(governor.passivity_control)),
+    Key::new("governor.passivity_control", Kind::Flag, Is("false"), "", "Whether the governor brakes a finger that got more energy from the session than it put in, by at most 10 N·s/m: what comes out faster than that still comes out.", at!(governor.passivity_control)),
 
     Key::new("soft.model", Kind::Choice(SoftModel::WORDS), Is("none"), "", "The soft object: none, springs along the edges of tetrahedra, corotational linear tetrahedra, or a closed elastic skin around a fluid. It is the only body: no [[body]], no object.shape and no wall beside it.", at!(soft.model)),
     Key::new("soft.young_pa", number(1.0, 1e9), Is("20000"), "Pa", "Young's modulus; of a balloon: of its skin.", at!(soft.young_pa)),
