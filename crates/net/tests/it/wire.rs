@@ -1,11 +1,12 @@
 //! Encoding and decoding: exact, and safe for whatever comes.
 
 use cotouch_net::message::Control;
-use cotouch_net::packet::{Entry, MAX_ENTRIES, StatePacket};
+use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_net::wire::{
     HEADER_BYTES, MAX_DATAGRAM, WireError, decode_control, decode_state, encode_control, encode_state, open,
 };
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
+use cotouch_scene::limits::MAX_ENTRIES;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use glam::{DQuat, DVec3};

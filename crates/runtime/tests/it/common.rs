@@ -4,11 +4,12 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use arrayvec::ArrayVec;
-use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface, MAX_CONTACTS};
-use cotouch_net::packet::{Entry, MAX_ENTRIES, StatePacket};
+use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
+use cotouch_scene::limits::{MAX_CONTACTS, MAX_ENTRIES};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::{Rate, SessionTime};
 use cotouch_world::contact::Phase;
