@@ -1,6 +1,6 @@
 //! The constants of one host, derived from a scene once.
 
-use cotouch_scene::geometry::MAX_FINGERS;
+use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
     Architecture, Coordination, PlayOut, RotationalSpringDamper, Scene, Space, SpringDamper,
@@ -11,12 +11,6 @@ use glam::DQuat;
 use crate::bodies::BodyModel;
 use crate::contacts::Contacts;
 use crate::soft::SoftContacts;
-
-/// Most users of a session.
-pub const MAX_USERS: usize = 16;
-
-/// Most bodies of a world, fixed ones included.
-pub const MAX_BODIES: usize = 8;
 
 /// What a host does in its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -2,19 +2,14 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Wrench, Wrenches};
+use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_COUPLERS, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::contact::Phase;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::{HostModel, MAX_BODIES};
+use crate::model::HostModel;
 use crate::soft::SlowInput;
-
-/// Most couplers of one tick that [`TickOutput::couplers`] lists; the forces of any more count all the same.
-pub const MAX_COUPLERS: usize = 128;
-
-/// Most contacts of one tick that [`TickOutput::contacts`] lists; the forces of any more count all the same.
-pub const MAX_CONTACTS: usize = 32;
 
 /// What came of one tick.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,9 +18,10 @@ pub struct TickOutput {
     pub device: Wrenches,
     /// The wrench on this host's copy of each body, about its centre of mass, N and N·m; none at a client.
     pub wrenches: ArrayVec<Wrench, MAX_BODIES>,
-    /// Every coupler that this host evaluated, those to fingers that touch a body included.
+    /// Every coupler that this host evaluated, those to fingers that touch a body included; the forces of any more than
+    /// [`MAX_COUPLERS`] count all the same.
     pub couplers: ArrayVec<CouplerOutput, MAX_COUPLERS>,
-    /// Every contact that is not free: fingers first.
+    /// Every contact that is not free: fingers first. The forces of any more than [`MAX_CONTACTS`] count all the same.
     pub contacts: ArrayVec<ContactRecord, MAX_CONTACTS>,
     /// What goes to the slow simulation after this tick, at the ticks at which something does.
     pub slow: Option<SlowInput>,
@@ -110,7 +106,7 @@ pub enum ContactSurface {
 }
 
 /// Room for `fingers × bodies`, with a number to each pair.
-const PAIRS: u16 = (cotouch_scene::geometry::MAX_FINGERS * MAX_BODIES) as u16;
+const PAIRS: u16 = (MAX_FINGERS * MAX_BODIES) as u16;
 /// Couplers to one peer: to its fingers, to its copies, and to their turns.
 const OF_PEER: u16 = PAIRS + 2 * MAX_BODIES as u16;
 

@@ -17,6 +17,7 @@ mod stiffness;
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
+use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use cotouch_soft::{MaterialPoint, SoftEnergy};
 use cotouch_world::local::LocalContact;
 use cotouch_world::proxy::{MeshSurface, SurfaceError};
@@ -25,9 +26,6 @@ use serde::{Deserialize, Serialize};
 
 pub(crate) use contacts::{SoftContacts, force_on_fingers};
 pub use slow_loop::SlowLoop;
-
-/// Most fingers in a scene with a soft body, of all users together.
-pub const MAX_SOFT_CONTACTS: usize = 16;
 
 /// One finger, as the slow simulation is told of it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]

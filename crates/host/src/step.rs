@@ -4,11 +4,12 @@
 use arrayvec::ArrayVec;
 use cotouch_net::packet::StatePacket;
 use cotouch_scene::geometry::{Reading, Readings};
+use cotouch_scene::limits::{MAX_BODIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::PlayOut;
 use cotouch_world::rigid::BodyState;
 
-use crate::model::{HostModel, MAX_BODIES, MAX_USERS, Role};
+use crate::model::{HostModel, Role};
 use crate::output::TickOutput;
 use crate::packets::{for_client, object_of, of_self};
 use crate::state::{HostState, PeerState};

@@ -3,11 +3,10 @@
 use std::net::SocketAddr;
 
 use arrayvec::{ArrayString, ArrayVec};
+use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
 use serde::{Deserialize, Serialize};
-
-use crate::wire::MAX_HOSTS;
 
 /// Longest name of a user and longest reason for leaving on the wire, bytes.
 pub const MAX_TEXT_BYTES: usize = 64;
@@ -126,7 +125,7 @@ pub struct Roster {
     /// Instant of tick 0 on the server's clock, ns; `None` until enough hosts are there.
     pub origin_ns: Option<i64>,
     /// Everyone but the server.
-    pub hosts: ArrayVec<RosterEntry, MAX_HOSTS>,
+    pub hosts: ArrayVec<RosterEntry, MAX_USERS>,
 }
 
 /// One host of the roster.

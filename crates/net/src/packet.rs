@@ -2,10 +2,8 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
+use cotouch_scene::limits::MAX_ENTRIES;
 use serde::{Deserialize, Serialize};
-
-/// Most entries in one packet.
-pub const MAX_ENTRIES: usize = 10;
 
 /// What a host sampled at network step `step`; it fits one datagram.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]

@@ -20,6 +20,7 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
+use cotouch_scene::limits::{MAX_ENTRIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use glam::{DQuat, DVec3};
@@ -28,16 +29,13 @@ use zerocopy::little_endian::{F64, I64, U16, U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::message::Control;
-use crate::packet::{Entry, MAX_ENTRIES, StatePacket};
+use crate::packet::{Entry, StatePacket};
 
 /// Largest datagram, bytes: passes every path with the smallest IPv6 MTU of 1280.
 pub const MAX_DATAGRAM: usize = 1200;
 
 /// Version of everything that this crate puts on the wire.
 pub const PROTOCOL_VERSION: u16 = 2;
-
-/// Most hosts in one session.
-pub const MAX_HOSTS: usize = 16;
 
 /// Length of the header that every datagram starts with, bytes.
 pub const HEADER_BYTES: usize = size_of::<RawHeader>();
@@ -122,7 +120,7 @@ pub enum WireError {
     #[error("datagram kind {0} is not expected here")]
     Kind(u8),
     /// A sender that no session has.
-    #[error("the datagram's sender is host number {0}; a session has at most {MAX_HOSTS} hosts")]
+    #[error("the datagram's sender is host number {0}; a session has at most {MAX_USERS} hosts")]
     Sender(u8),
     /// Bytes that must be zero are not.
     #[error("reserved bytes of the datagram are not zero")]
@@ -392,7 +390,7 @@ pub fn open(bytes: &[u8]) -> Result<(Header, &[u8]), WireError> {
     }
     let sender = match raw.sender {
         NO_SENDER => None,
-        host if usize::from(host) < MAX_HOSTS => Some(HostIndex(host)),
+        host if usize::from(host) < MAX_USERS => Some(HostIndex(host)),
         host => return Err(WireError::Sender(host)),
     };
     Ok((Header { kind, sender, session }, body))

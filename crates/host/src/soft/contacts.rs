@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::limits::{MAX_FINGERS, MAX_SOFT_CONTACTS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{LocalModel, Scene, SurfaceHold};
 use cotouch_scene::time::Schedule;
@@ -11,7 +12,7 @@ use cotouch_world::local::{LocalContact, LocalGains, LocalLaw, SurfaceInUse};
 use glam::DVec3;
 
 use super::present::Present;
-use super::{MAX_SOFT_CONTACTS, SlowFrame, SoftHostState};
+use super::{SlowFrame, SoftHostState};
 use crate::contacts::Touching;
 use crate::forces::held_finger;
 use crate::model::HostModel;

@@ -10,13 +10,14 @@
 //!
 //! The largest eigenvalue stays within a factor of 5 of what was found before the session.
 
+use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use cotouch_soft::{MaterialPoint, PointForce, SoftBody};
 use cotouch_world::proxy::MeshSurface;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
+use super::SlowInput;
 use super::stiffness::largest_eigenvalue;
-use super::{MAX_SOFT_CONTACTS, SlowInput};
 
 /// λ: half of what is known is forgotten in 34 periods.
 const KEEPS: f64 = 0.98;

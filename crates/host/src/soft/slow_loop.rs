@@ -3,13 +3,14 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
+use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::{PointForce, SoftBody, SoftError, soft_body};
 use cotouch_world::proxy::MeshSurface;
 use glam::DVec3;
 
 use super::stiffness::Stiffness;
-use super::{MAX_SOFT_CONTACTS, SlowFrame, SlowInput};
+use super::{SlowFrame, SlowInput};
 
 /// Most frames that are kept to be used again: as many as ticks, displays and recorders may hold at a time.
 const MOST_KEPT: usize = 16;

@@ -3,7 +3,7 @@
 //! K_o of a contact, about rest, is its stiffness in its softest direction; several soften each other ([`super::SlowLoop`]).
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::MAX_FINGERS;
+use cotouch_scene::limits::{MAX_FINGERS, MAX_SOFT_CONTACTS};
 use cotouch_scene::scene::{LocalModelKind, Scene, StiffnessFrom};
 use cotouch_soft::{MaterialPoint, SoftBody};
 use cotouch_world::proxy::MeshSurface;
@@ -11,7 +11,7 @@ use glam::DVec3;
 use nalgebra::DMatrix;
 
 use super::estimate::Estimate;
-use super::{MAX_SOFT_CONTACTS, SlowFrame, SlowInput};
+use super::{SlowFrame, SlowInput};
 
 /// Fingers within so many radii of the surface are near.
 const NEAR_RADII: f64 = 3.0;

@@ -10,12 +10,10 @@
 //! Contacts that would pull are left out, one after the other, and the rest is solved again.
 
 use arrayvec::ArrayVec;
+use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use glam::DVec3;
 
-/// Most contacts that are solved together.
-pub const MAX_JOINT: usize = 16;
-
-const MAX_ROWS: usize = 3 * MAX_JOINT;
+const MAX_ROWS: usize = 3 * MAX_SOFT_CONTACTS;
 
 /// One of the contacts that are solved together.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -36,20 +34,20 @@ pub struct JointContact {
 /// m/N, row-major, three rows and columns a place; `frame_forces` are those on the body at all of its places, N. `None`
 /// where W is not one: of another size, not finite, or not positive.
 ///
-/// No allocation; the work is bounded by [`MAX_JOINT`] solutions.
+/// No allocation; the work is bounded by [`MAX_SOFT_CONTACTS`] solutions.
 #[must_use]
 pub fn joint_forces(
     compliance: &[f64],
     frame_forces: &[DVec3],
     contacts: &[JointContact],
-) -> Option<ArrayVec<DVec3, MAX_JOINT>> {
+) -> Option<ArrayVec<DVec3, MAX_SOFT_CONTACTS>> {
     let width = 3 * frame_forces.len();
-    let fits =
-        contacts.len() <= MAX_JOINT && contacts.iter().all(|contact| contact.place < frame_forces.len());
+    let fits = contacts.len() <= MAX_SOFT_CONTACTS
+        && contacts.iter().all(|contact| contact.place < frame_forces.len());
     if !fits || compliance.len() != width * width {
         return None;
     }
-    let mut acts: ArrayVec<bool, MAX_JOINT> = contacts.iter().map(|_| true).collect();
+    let mut acts: ArrayVec<bool, MAX_SOFT_CONTACTS> = contacts.iter().map(|_| true).collect();
     loop {
         let forces = solve(compliance, frame_forces, contacts, &acts)?;
         let push = |at: usize| forces[at].dot(contacts[at].normal);
@@ -67,7 +65,7 @@ fn solve(
     frame_forces: &[DVec3],
     contacts: &[JointContact],
     acts: &[bool],
-) -> Option<ArrayVec<DVec3, MAX_JOINT>> {
+) -> Option<ArrayVec<DVec3, MAX_SOFT_CONTACTS>> {
     let width = 3 * frame_forces.len();
     let entry = |row: usize, column: usize| compliance[row * width + column];
     let mut rows = ArrayVec::<(usize, usize), MAX_ROWS>::new();
@@ -87,7 +85,7 @@ fn solve(
         right[i] = contacts[at].stretch[row % 3] - answered;
     }
     solve_positive(&mut matrix, &mut right, count)?;
-    let mut forces: ArrayVec<DVec3, MAX_JOINT> = contacts.iter().map(|_| DVec3::ZERO).collect();
+    let mut forces: ArrayVec<DVec3, MAX_SOFT_CONTACTS> = contacts.iter().map(|_| DVec3::ZERO).collect();
     for (i, &(at, row)) in rows.iter().enumerate() {
         forces[at][row % 3] = right[i];
     }
