@@ -14,4 +14,5 @@ mod schema;
 mod sessions;
 mod soft_real_time;
 mod soft_runs;
+mod transports;
 mod virtual_runs;
