@@ -2,10 +2,8 @@
 
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::{Body, Scene, Space, Wall};
-use cotouch_world::ground::GroundFriction;
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
 use cotouch_world::wall::Plane;
+use cotouch_world::{BodyState, Freedom, GroundFriction, Inertia, Stepper, Surface};
 use glam::DVec3;
 
 /// The constants of one body.

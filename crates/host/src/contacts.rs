@@ -6,9 +6,8 @@
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, SpringDamper};
-use cotouch_world::contact::{Cancellation, ContactModel, ContactState, Sphere, touch, touch_plane};
-use cotouch_world::rigid::BodyState;
 use cotouch_world::wall::Plane;
+use cotouch_world::{BodyState, Cancellation, ContactModel, ContactState, Sphere, touch, touch_plane};
 use glam::DVec3;
 
 use crate::bodies::BodyModel;

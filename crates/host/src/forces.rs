@@ -19,7 +19,6 @@ use crate::state::HostState;
 pub(crate) fn of_world(
     model: &HostModel,
     state: &mut HostState,
-    tick: u64,
     readings: &Readings,
     output: &mut TickOutput,
 ) {
@@ -43,7 +42,6 @@ pub(crate) fn of_world(
         }
     }
     model.touch_corners(state, output);
-    model.touch_soft_body(state, tick, readings, output);
 }
 
 fn held_fingers(model: &HostModel, state: &mut HostState, output: &mut TickOutput, host: HostIndex) {

@@ -9,7 +9,7 @@
 //!   every client its `−K₂(h̄_j, o)`, which the client holds.
 //!
 //! On a body without a surface `K(h, o) = K·(h − o)`, a coupler to its centre; on one with a surface it is a contact
-//! ([`cotouch_world::contact`]): coupler and friction where the finger touches, nothing elsewhere. Bodies also meet
+//! ([`cotouch_world::touch`]): coupler and friction where the finger touches, nothing elsewhere. Bodies also meet
 //! walls and each other. A soft body is touched through local models ([`cotouch_world::local`]), own fingers and held
 //! ones, while its simulation runs elsewhere at its own rate ([`soft`]).
 //!
@@ -38,5 +38,6 @@ pub mod model;
 pub mod output;
 mod packets;
 pub mod soft;
+mod soft_forces;
 pub mod state;
 pub mod step;

@@ -97,6 +97,17 @@ impl HostModel {
         }
     }
 
+    /// Whether this host simulates a soft body.
+    #[must_use]
+    pub fn has_soft_body(&self) -> bool {
+        self.soft.is_some()
+    }
+
+    /// Fingers of all users that may touch the soft body; none where there is no such body here.
+    pub(crate) fn soft_slots(&self) -> usize {
+        self.soft.as_ref().map_or(0, SoftContacts::slots)
+    }
+
     /// The hosts that this one receives samples from.
     pub fn sources(&self) -> impl Iterator<Item = HostIndex> + Clone + use<> {
         let is_client = self.role == Role::Client;

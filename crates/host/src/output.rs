@@ -4,7 +4,7 @@ use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_COUPLERS, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 

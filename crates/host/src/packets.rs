@@ -4,11 +4,12 @@ use arrayvec::ArrayVec;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Readings, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 use glam::DVec3;
 
 use crate::centralized;
 use crate::model::HostModel;
+use crate::soft_forces::soft_forces_on_client;
 use crate::state::HostState;
 
 /// What a peer or a client says about itself: its fingers, and a peer's copies of bodies.
@@ -36,7 +37,7 @@ pub(crate) fn for_client(
     client: HostIndex,
 ) -> StatePacket {
     let mut packet = StatePacket { step, entries: ArrayVec::new() };
-    let soft = crate::soft::force_on_fingers(model, state, step, readings, client);
+    let soft = soft_forces_on_client(model, state, step, readings, client);
     for finger in 0..model.fingers[client.index()] {
         let force = centralized::force_on_client(model, state, client, usize::from(finger));
         let force = force + soft.get(usize::from(finger)).copied().unwrap_or_default();

@@ -2,8 +2,7 @@
 
 use cotouch_net::play_out::PlayOutBuffer;
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::ContactState;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::{BodyState, ContactState};
 use serde::{Deserialize, Serialize};
 
 use crate::model::HostModel;

@@ -1,19 +1,22 @@
 //! What a host does at an instant: sample, receive, play out, respond, tick. The order is the session's, the same in
 //! virtual and in real time.
 
+use std::sync::Arc;
+
 use arrayvec::ArrayVec;
 use cotouch_net::packet::StatePacket;
 use cotouch_scene::geometry::{Reading, Readings};
 use cotouch_scene::limits::{MAX_BODIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::PlayOut;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 
 use crate::model::{HostModel, Role};
 use crate::output::TickOutput;
 use crate::packets::{for_client, object_of, of_self};
+use crate::soft::SlowFrame;
 use crate::state::{HostState, PeerState};
-use crate::{centralized, forces};
+use crate::{centralized, forces, soft_forces};
 
 /// A body beyond this distance (m) or speed (m/s) has left the world.
 const WORLD_BOUND: f64 = 1e3;
@@ -63,6 +66,26 @@ impl HostModel {
         }
     }
 
+    /// The period of the slow simulation whose frame is to come into use at `tick`, if one is.
+    #[must_use]
+    pub fn frame_due(&self, tick: u64) -> Option<u64> {
+        self.soft.as_ref()?.frame_due(tick)
+    }
+
+    /// Brings a frame into use at `tick`, after play-out and before the server responds and the tick is done; gives back
+    /// what is not needed any more. The rest frame is taken over before the first tick. No allocation.
+    pub fn take_frame(
+        &self,
+        state: &mut HostState,
+        tick: u64,
+        frame: Arc<SlowFrame>,
+    ) -> Option<Arc<SlowFrame>> {
+        match &self.soft {
+            Some(soft) => soft.take_frame(&mut state.soft, tick, frame),
+            None => Some(frame),
+        }
+    }
+
     /// The server's part of phase 2, after its play-out: what the fingers of `client` are to render, and where the bodies
     /// are.
     #[must_use]
@@ -100,7 +123,8 @@ impl HostModel {
         } else if self.role == Role::Client {
             centralized::client_forces(state, output);
         } else if readings.iter().all(Reading::is_finite) {
-            forces::of_world(self, state, tick, readings, output);
+            forces::of_world(self, state, readings, output);
+            soft_forces::touch_soft_body(self, state, tick, readings, output);
             self.step_bodies(state, output);
         } else {
             self.give_up(state, output);

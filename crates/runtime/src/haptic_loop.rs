@@ -11,7 +11,7 @@ use cotouch_net::clock::ClockMap;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 

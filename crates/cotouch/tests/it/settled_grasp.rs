@@ -13,7 +13,7 @@ use cotouch_runtime::record::TickRecord;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene, VelocityEstimate};
 use cotouch_scene::{Override, load};
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DMat3, DVec3};
 
 /// Largest difference of an element, as a share of the matrix's norm.

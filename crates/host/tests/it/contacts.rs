@@ -8,7 +8,7 @@ use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 
 const CLIENT: HostIndex = HostIndex(1);

@@ -6,8 +6,7 @@ use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
-use cotouch_world::contact::Phase;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::{BodyState, Phase};
 use glam::{DQuat, DVec3};
 use prost::Message;
 

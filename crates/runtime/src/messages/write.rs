@@ -4,7 +4,7 @@ use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 use prost::Message;
 

@@ -4,6 +4,7 @@ mod common;
 mod contact_law;
 mod free_bodies;
 mod friction;
+mod local_laws;
 mod local_models;
 mod mesh_contact;
 mod no_allocation;

@@ -6,11 +6,10 @@ use crate::common::{self, T, cuboid, floor, hull, model, shape, vertices_of_cubo
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::scene::{Ground, Integrator, RotationalSpringDamper, ShapeKind};
 use cotouch_testkit::allocations;
-use cotouch_world::contact::{ContactState, Sphere, touch, touch_plane};
 use cotouch_world::coupler::{Turn, torque};
-use cotouch_world::ground::GroundFriction;
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
+use cotouch_world::{
+    BodyState, ContactState, Freedom, GroundFriction, Inertia, Sphere, Stepper, Surface, touch, touch_plane,
+};
 use glam::{DQuat, DVec3};
 
 #[test]
