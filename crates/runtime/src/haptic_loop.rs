@@ -311,7 +311,7 @@ fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
     match touched.surface {
         ContactSurface::Body(body) => {
             let body = usize::from(body);
-            let contact = model.finger_contact(state, model.host, finger, body)?;
+            let contact = state.finger_contact(model, model.host, finger, body)?;
             Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
         }
         ContactSurface::Soft => {

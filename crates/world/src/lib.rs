@@ -31,11 +31,13 @@
 mod approach;
 mod contact;
 mod convex;
+pub mod coordination;
 mod corner;
 pub mod coupler;
 mod cuboid;
 mod ground;
 mod hull;
+mod linear_block;
 pub mod local;
 mod probe;
 mod proxy;
@@ -50,6 +52,7 @@ pub use contact::{
 };
 pub use corner::{Corner, Corners, MAX_CORNERS};
 pub use ground::GroundFriction;
+pub use linear_block::LinearBlock;
 pub use probe::Probe;
 pub use proxy::{MeshSurface, ProxyState, SurfaceError, SurfacePoint};
 pub use rigid::{BodyState, Freedom, Inertia, Stepper};

@@ -39,7 +39,7 @@ impl Hand2Hand {
             (0..users).map(|host| self.models[host].step_due(&self.states[host], tick)).collect();
         for from in 0..users {
             let Some(step) = steps[from] else { continue };
-            let Some(packet) = self.models[from].sample(&self.states[from], step, &readings[from]) else {
+            let Some(packet) = self.models[from].sample(&mut self.states[from], step, &readings[from]) else {
                 continue;
             };
             for to in 0..users {

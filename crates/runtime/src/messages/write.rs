@@ -167,6 +167,11 @@ fn entry_kind(entry: &Entry) -> types::entry::Kind {
         Entry::Force { point, wrench: rendered } => {
             types::entry::Kind::Force(types::Force { point: u32::from(*point), wrench: wrench(rendered) })
         }
+        Entry::Channel { to, object, vectors } => types::entry::Kind::Channel(types::Channel {
+            to_host: number(*to),
+            object: u32::from(*object),
+            vectors: vectors.iter().flat_map(|vector| vector.to_array()).collect(),
+        }),
     }
 }
 

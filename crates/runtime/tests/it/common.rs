@@ -145,6 +145,8 @@ fn any_entry() -> impl Strategy<Value = Entry> {
             twist
         }),
         (any::<u8>(), any_wrench()).prop_map(|(point, wrench)| Entry::Force { point, wrench }),
+        (0..16_u8, any::<u8>(), prop::array::uniform4(any_vector()))
+            .prop_map(|(to, object, vectors)| Entry::Channel { to: HostIndex(to), object, vectors }),
     ]
 }
 

@@ -2,6 +2,7 @@
 
 mod common;
 mod contact_law;
+mod coordination;
 mod free_bodies;
 mod friction;
 mod local_laws;
