@@ -15,6 +15,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::parse;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::MaterialPoint;
+use cotouch_testkit::scenes::local_model_kinds;
 
 type Session = VirtualSession<SimulatedUser>;
 
@@ -261,7 +262,7 @@ fn assert_agreement(scene: &Scene, label: &str) {
 
 #[test]
 fn one_finger_on_the_papers_spring() {
-    for kind in ["hold", "p", "pi", "compliance"] {
+    for kind in local_model_kinds() {
         for returned in ["first", "mean", "last"] {
             for hold in ["zero", "first"] {
                 for delay in ["0", "1"] {
