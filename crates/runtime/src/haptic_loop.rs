@@ -7,7 +7,7 @@ use arrayvec::ArrayVec;
 use cotouch_device::device::Device;
 use cotouch_device::energy::PortEnergy;
 use cotouch_host::output::ContactSurface;
-use cotouch_net::clock::ClockMap;
+use cotouch_net::ClockMap;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;

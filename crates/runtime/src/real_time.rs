@@ -14,8 +14,7 @@ use cotouch_device::device::Device;
 use cotouch_device::finger::FingerError;
 use cotouch_device::guided::GuidedUser;
 use cotouch_host::soft::SlowLoop;
-use cotouch_net::route::Route;
-use cotouch_net::session::Endpoint;
+use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 use cotouch_soft::SoftError;
@@ -37,7 +36,7 @@ use crate::station::Station;
 use crate::transport::{self, DynTransport, Impaired, OpenError};
 
 /// A host that takes part, with its network threads.
-type Seat = (NetworkThreads, HapticPort);
+type Connection = (NetworkThreads, HapticPort);
 
 /// How long a newcomer waits to be taken in.
 const JOIN_PATIENCE: Duration = Duration::from_secs(10);
@@ -162,16 +161,16 @@ pub fn run_local_with(
 ) -> Result<SessionHandle, StartError> {
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
     let simulation = slow::simulation_of(scene)?;
-    let mut seats = Vec::new();
+    let mut connections = Vec::new();
     let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
     let server = ends[0].route().map_err(StartError::Thread)?;
     for (host, end) in scene.hosts().zip(ends) {
         let endpoint = joining::endpoint(scene, host, server, clock::now());
-        seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
-        wait_to_be_taken_in(&seats[host.index()].0, server)?;
+        connections.push(open_connection(end, endpoint, host, scene.session.seed, options)?);
+        wait_to_be_taken_in(&connections[host.index()].0, server)?;
     }
-    start(scene, simulation, seats, devices, options)
+    start(scene, simulation, connections, devices, options)
 }
 
 /// Starts the first host of `scene`, which the others join at `listen`. The session's clock starts at once.
@@ -187,8 +186,8 @@ pub fn serve(
     let end = transport::listen(listen.into())?;
     let server = end.route().map_err(StartError::Thread)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
-    let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
+    let connection = open_connection(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
+    start_one(scene, simulation, connection, HostIndex::FIRST, server, options)
 }
 
 /// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
@@ -206,34 +205,34 @@ pub fn join(
     // Made before the session hears of this host: it may take a while.
     let simulation = slow::simulation_of(&scene)?;
     let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
-    let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
+    let (network, port) = open_connection(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&network, server)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
     let handle = start_one(&scene, simulation, (network, port), host, server, options)?;
     Ok((scene, handle))
 }
 
-/// Starts the host that has `seat` in the session at `server`.
+/// Starts the host with a `connection` to the session at `server`.
 fn start_one(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    seat: Seat,
+    connection: Connection,
     host: HostIndex,
     server: Route,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = guided_hand(scene, host)?;
-    let handle = start(scene, simulation, vec![seat], vec![device], options)?;
+    let handle = start(scene, simulation, vec![connection], vec![device], options)?;
     Ok(handle.with_places(vec![place]).with_server(server))
 }
 
-fn take_seat(
+fn open_connection(
     end: Box<DynTransport>,
     endpoint: Endpoint,
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
-) -> Result<Seat, StartError> {
+) -> Result<Connection, StartError> {
     let transport = Impaired::new(end);
     transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
     NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
@@ -256,11 +255,11 @@ fn wait_to_be_taken_in(network: &NetworkThreads, server: Route) -> Result<(), St
 fn start(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    seats: Vec<Seat>,
+    connections: Vec<Connection>,
     devices: Vec<Box<dyn Device>>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
-    let hosts: Vec<HostIndex> = seats
+    let hosts: Vec<HostIndex> = connections
         .iter()
         .map(|(network, _)| network.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
         .collect();
@@ -268,7 +267,7 @@ fn start(
     let mut sinks = sinks.into_iter();
     let mut haptic = Vec::new();
     let mut locals = Vec::new();
-    for (((network, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
+    for (((network, port), device), host) in connections.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
         let mut station = Station::new(scene, host, device, sink);

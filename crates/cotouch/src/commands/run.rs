@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use cotouch_analysis::stability::{self, Stability};
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_runtime::{real_time, transport};
