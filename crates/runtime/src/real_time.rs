@@ -3,96 +3,41 @@
 //! [`run_local`] starts every host in this process with sockets on loopback; [`serve`] and [`join`] start one host of
 //! a session that spans processes and machines. Each gives a [`SessionHandle`].
 
-use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use cotouch_device::device::Device;
-use cotouch_device::finger::FingerError;
-use cotouch_device::guided::GuidedUser;
+use cotouch_device::{Device, DeviceOpenError};
 use cotouch_host::soft::SlowLoop;
 use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
-use cotouch_soft::SoftError;
 
 use crate::clock;
+use crate::control::Control;
+use crate::device_choice::open_device;
 use crate::exchange::RecordSink;
-use crate::hand::Place;
-use crate::haptic_loop::{self, Control, HapticHost, Timing};
+use crate::haptic_host::HapticHost;
+use crate::haptic_loop;
 use crate::joining;
 use crate::mailbox;
 use crate::network_threads::{HapticPort, NetworkThreads};
+use crate::options::RealTimeOptions;
+use crate::pointer::GuidedHand;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
 use crate::slow;
 use crate::slow_thread;
 use crate::snapshot::HostSnapshot;
+use crate::start_error::{JOIN_PATIENCE, StartError};
 use crate::station::Station;
-use crate::transport::{self, DynTransport, Impaired, OpenError};
+use crate::timing::Timing;
+use crate::transport::{self, DynTransport, Impaired};
 
 /// A host that takes part, with its network threads.
-type Connection = (NetworkThreads, HapticPort);
-
-/// How long a newcomer waits to be taken in.
-const JOIN_PATIENCE: Duration = Duration::from_secs(10);
-
-/// What the caller decides about a session in real time.
-#[derive(Clone, Debug, Default)]
-pub struct RealTimeOptions {
-    /// Session time after which the run ends; `None` runs until it is stopped.
-    pub duration_s: Option<f64>,
-    /// Where the recording goes; `None` records nothing.
-    pub recording: Option<PathBuf>,
-    /// An impairment of every way out of this process.
-    pub impairment: Option<Impairment>,
-}
-
-/// Why a session did not start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// No end of a transport.
-    #[error(transparent)]
-    Transport(#[from] OpenError),
-    /// A thread could not be started.
-    #[error("a thread of the session cannot be started: {0}")]
-    Thread(io::Error),
-    /// The session turned this host away.
-    #[error("the session at {server} turned this host away: {reason}")]
-    Refused {
-        /// The server.
-        server: Route,
-        /// Its reason.
-        reason: String,
-    },
-    /// Nobody answered.
-    #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and does UDP get through?", JOIN_PATIENCE.as_secs())]
-    Silence {
-        /// The server.
-        server: Route,
-    },
-    /// The server's scene does not read.
-    #[error("the scene that {server} sent cannot be used: {reason}")]
-    Scene {
-        /// The server.
-        server: Route,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// The scene's hands cannot be simulated.
-    #[error(transparent)]
-    Hand(#[from] FingerError),
-    /// The scene's soft object cannot be simulated.
-    #[error(transparent)]
-    Soft(#[from] SoftError),
-    /// The recording cannot be written.
-    #[error(transparent)]
-    Recording(#[from] crate::recorder::RecordError),
-}
+type JoinedHost = (NetworkThreads, HapticPort);
 
 /// The scene as a real network can play it, and a sentence when that differs from what was asked for.
 ///
@@ -131,23 +76,29 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
     (scene, warning)
 }
 
-/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with simulated hands that pointers may take.
+/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with the devices of `options`.
 ///
 /// # Errors
-/// When a socket, a thread or the recording cannot be had.
+/// When a device, a socket, a thread or the recording cannot be had.
 pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
-    let hands = scene.hosts().map(|host| guided_hand(scene, host)).collect::<Result<Vec<_>, _>>()?;
-    let (devices, places) = hands.into_iter().unzip();
-    Ok(run_local_with(scene, devices, options)?.with_places(places))
+    let devices: Result<Vec<_>, _> = scene.hosts().map(|host| device_of(scene, host, options)).collect();
+    let (devices, places): (Vec<_>, Vec<_>) = devices?.into_iter().unzip();
+    Ok(run_local_with(scene, devices, options)?.with_places(places.into_iter().flatten().collect()))
 }
 
-/// The simulated hand of a user, which pointers may take.
-fn guided_hand(scene: &Scene, host: HostIndex) -> Result<(Box<dyn Device>, Place), FingerError> {
-    let (place, slot) = Place::new(scene, host);
-    Ok((Box::new(GuidedUser::of_scene(scene, host, slot)?), place))
+/// The device of a user, and its place where pointers may take it.
+fn device_of(
+    scene: &Scene,
+    host: HostIndex,
+    options: &RealTimeOptions,
+) -> Result<(Box<dyn Device>, Option<GuidedHand>), DeviceOpenError> {
+    let (place, slot) = GuidedHand::new(scene, host);
+    let device = open_device(scene, host, &options.devices, slot)?;
+    let place = device.is_guided().then_some(place);
+    Ok((device, place))
 }
 
-/// As [`run_local`], with `devices`, one a host in the order of hosts.
+/// As [`run_local`], with `devices`, one a host in the order of hosts, instead of those of `options`.
 ///
 /// # Errors
 /// As for [`run_local`].
@@ -161,16 +112,16 @@ pub fn run_local_with(
 ) -> Result<SessionHandle, StartError> {
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
     let simulation = slow::simulation_of(scene)?;
-    let mut connections = Vec::new();
+    let mut seats = Vec::new();
     let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
     let server = ends[0].route().map_err(StartError::Thread)?;
     for (host, end) in scene.hosts().zip(ends) {
         let endpoint = joining::endpoint(scene, host, server, clock::now());
-        connections.push(open_connection(end, endpoint, host, scene.session.seed, options)?);
-        wait_to_be_taken_in(&connections[host.index()].0, server)?;
+        seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
+        wait_to_be_taken_in(&seats[host.index()].0, server)?;
     }
-    start(scene, simulation, connections, devices, options)
+    start(scene, simulation, seats, devices, options)
 }
 
 /// Starts the first host of `scene`, which the others join at `listen`. The session's clock starts at once.
@@ -186,8 +137,8 @@ pub fn serve(
     let end = transport::listen(listen.into())?;
     let server = end.route().map_err(StartError::Thread)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
-    let connection = open_connection(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    start_one(scene, simulation, connection, HostIndex::FIRST, server, options)
+    let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
+    start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
 }
 
 /// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
@@ -205,34 +156,34 @@ pub fn join(
     // Made before the session hears of this host: it may take a while.
     let simulation = slow::simulation_of(&scene)?;
     let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
-    let (network, port) = open_connection(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
+    let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&network, server)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
     let handle = start_one(&scene, simulation, (network, port), host, server, options)?;
     Ok((scene, handle))
 }
 
-/// Starts the host with a `connection` to the session at `server`.
+/// Starts the host that has `seat` in the session at `server`.
 fn start_one(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    connection: Connection,
+    seat: JoinedHost,
     host: HostIndex,
     server: Route,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
-    let (device, place) = guided_hand(scene, host)?;
-    let handle = start(scene, simulation, vec![connection], vec![device], options)?;
-    Ok(handle.with_places(vec![place]).with_server(server))
+    let (device, place) = device_of(scene, host, options)?;
+    let handle = start(scene, simulation, vec![seat], vec![device], options)?;
+    Ok(handle.with_places(place.into_iter().collect()).with_server(server))
 }
 
-fn open_connection(
+fn take_seat(
     end: Box<DynTransport>,
     endpoint: Endpoint,
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
-) -> Result<Connection, StartError> {
+) -> Result<JoinedHost, StartError> {
     let transport = Impaired::new(end);
     transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
     NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
@@ -255,11 +206,11 @@ fn wait_to_be_taken_in(network: &NetworkThreads, server: Route) -> Result<(), St
 fn start(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    connections: Vec<Connection>,
+    seats: Vec<JoinedHost>,
     devices: Vec<Box<dyn Device>>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
-    let hosts: Vec<HostIndex> = connections
+    let hosts: Vec<HostIndex> = seats
         .iter()
         .map(|(network, _)| network.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
         .collect();
@@ -267,7 +218,7 @@ fn start(
     let mut sinks = sinks.into_iter();
     let mut haptic = Vec::new();
     let mut locals = Vec::new();
-    for (((network, port), device), host) in connections.into_iter().zip(devices).zip(hosts) {
+    for (((network, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
         let mut station = Station::new(scene, host, device, sink);
@@ -277,7 +228,7 @@ fn start(
             (station, soft) = (station.with_soft(port), Some(thread));
         }
         haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
-        locals.push(Local { host, network, snapshot: snapshot_out, soft });
+        locals.push(Local { host, network, snapshot: snapshot_out, soft, told_faults: 0 });
     }
     let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();
