@@ -1,18 +1,16 @@
 //! One verdict: description, map, structure and eigenvalues.
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-
 use std::hint::black_box;
 
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::stability::analyze;
 use cotouch_scene::scene::Architecture;
+use cotouch_testkit::scenes::{grasp, table_6_1, with_users};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 fn verdicts(criterion: &mut Criterion) {
     for users in [2, 8] {
-        let mut scene = common::with_users(common::table_6_1(Architecture::Distributed), users);
+        let mut scene = with_users(table_6_1(Architecture::Distributed), users);
         scene.link.delay_periods = 1;
         criterion.bench_function(&format!("verdict, {users} users, N = 8, n = 1"), |bencher| {
             bencher.iter(|| analyze(black_box(&scene)).unwrap());
@@ -25,7 +23,7 @@ fn verdicts(criterion: &mut Criterion) {
 }
 
 fn grasps(criterion: &mut Criterion) {
-    let scene = common::grasp(Architecture::Distributed);
+    let scene = grasp(Architecture::Distributed);
     criterion.bench_function("verdict on 16 modes, a grasp in the plane, N = 8, n = 1", |bencher| {
         bencher.iter(|| analyze(black_box(&scene)).unwrap());
     });

@@ -1,7 +1,8 @@
 //! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrench};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
+use cotouch_scene::limits::MAX_FINGERS;
 use glam::DVec3;
 
 /// What the user of a device can see: where the bodies of the own host's world are.

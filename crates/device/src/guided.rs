@@ -11,7 +11,8 @@
 use std::f64::consts::TAU;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Scene, SpringDamper};
 use glam::DVec3;

@@ -32,7 +32,8 @@ mod grip;
 mod path;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{MAX_FINGERS, Pose};
+use cotouch_scene::geometry::Pose;
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Scene, Space, SpringDamper};
 use cotouch_scene::time::{Rate, SessionTime};

@@ -1,6 +1,7 @@
 //! A simulated user: one or more fingers on devices, following scripts.
 
-use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrench};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 

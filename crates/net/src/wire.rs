@@ -14,12 +14,13 @@
 //! | 12..20 | session id (in join, challenge, refusal and scene messages: the newcomer's instance id) |
 //!
 //! A state datagram goes on with step (u64), sample time (i64, ns of session time), number of entries (u8), three zero
-//! bytes, and the entries: tag, index, then `f64` components in the order of the fields of
+//! bytes, and the entries: tag, index, what else is a byte, then `f64` components in the order of the fields of
 //! [`Entry`]; a quaternion is x, y, z, w. A control datagram goes on with one
 //! postcard-encoded [`Control`]. All numbers are little-endian; nothing may follow.
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
+use cotouch_scene::limits::{MAX_CHANNEL_VECTORS, MAX_ENTRIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use glam::{DQuat, DVec3};
@@ -28,16 +29,14 @@ use zerocopy::little_endian::{F64, I64, U16, U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::message::Control;
-use crate::packet::{Entry, MAX_ENTRIES, StatePacket};
+use crate::packet::{Entry, StatePacket};
+use crate::route::Route;
 
 /// Largest datagram, bytes: passes every path with the smallest IPv6 MTU of 1280.
 pub const MAX_DATAGRAM: usize = 1200;
 
 /// Version of everything that this crate puts on the wire.
 pub const PROTOCOL_VERSION: u16 = 2;
-
-/// Most hosts in one session.
-pub const MAX_HOSTS: usize = 16;
 
 /// Length of the header that every datagram starts with, bytes.
 pub const HEADER_BYTES: usize = size_of::<RawHeader>();
@@ -52,6 +51,15 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// The bytes of one datagram.
 pub type DatagramBytes = ArrayVec<u8, MAX_DATAGRAM>;
+
+/// A datagram to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmit {
+    /// Where to.
+    pub to: Route,
+    /// What.
+    pub bytes: DatagramBytes,
+}
 
 /// What a datagram holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -122,7 +130,7 @@ pub enum WireError {
     #[error("datagram kind {0} is not expected here")]
     Kind(u8),
     /// A sender that no session has.
-    #[error("the datagram's sender is host number {0}; a session has at most {MAX_HOSTS} hosts")]
+    #[error("the datagram's sender is host number {0}; a session has at most {MAX_USERS} hosts")]
     Sender(u8),
     /// Bytes that must be zero are not.
     #[error("reserved bytes of the datagram are not zero")]
@@ -144,6 +152,16 @@ pub enum WireError {
     NotUnit {
         /// Which entry, from 0.
         entry: usize,
+    },
+    /// A peer that no session has.
+    #[error(
+        "entry {entry} of the state packet is for host number {found}; a session has at most {MAX_USERS} hosts"
+    )]
+    Recipient {
+        /// Which entry, from 0.
+        entry: usize,
+        /// The host's number, from 0.
+        found: u8,
     },
     /// Not a control message.
     #[error("the control message cannot be read: {0}")]
@@ -190,9 +208,17 @@ struct RawWrench {
     torque: [F64; 3],
 }
 
+#[derive(FromBytes, IntoBytes, KnownLayout, Immutable, Unaligned)]
+#[repr(C)]
+struct RawChannel {
+    to: u8,
+    vectors: [[F64; 3]; 2 * MAX_CHANNEL_VECTORS],
+}
+
 const TAG_HAND: u8 = 1;
 const TAG_OBJECT: u8 = 2;
 const TAG_FORCE: u8 = 3;
+const TAG_CHANNEL: u8 = 4;
 /// Tag and index in front of every entry.
 const ENTRY_HEAD_BYTES: usize = 2;
 
@@ -200,6 +226,7 @@ const ENTRY_HEAD_BYTES: usize = 2;
 const _: () = assert!(
     HEADER_BYTES + size_of::<RawState>() + MAX_ENTRIES * (ENTRY_HEAD_BYTES + size_of::<RawMotion>())
         <= MAX_DATAGRAM
+        && size_of::<RawChannel>() <= size_of::<RawMotion>()
 );
 
 /// Writes `packet` as a datagram at the start of `out` and returns its length. Does not allocate.
@@ -241,6 +268,10 @@ fn encode_entry(entry: &Entry, writer: &mut Writer<'_>) -> Result<(), WireError>
         Entry::Force { point, wrench } => {
             writer.put(&[TAG_FORCE, *point])?;
             writer.put(&RawWrench { force: raw_vector(wrench.force), torque: raw_vector(wrench.torque) })
+        }
+        Entry::Channel { to, object, vectors } => {
+            writer.put(&[TAG_CHANNEL, *object])?;
+            writer.put(&RawChannel { to: to.0, vectors: vectors.map(raw_vector) })
         }
     }
 }
@@ -293,6 +324,17 @@ fn decode_entry(entry: usize, reader: &mut Reader<'_>) -> Result<Entry, WireErro
                 return Err(WireError::NotFinite { entry });
             }
             Ok(Entry::Force { point: index, wrench })
+        }
+        TAG_CHANNEL => {
+            let raw: &RawChannel = reader.take()?;
+            let vectors = raw.vectors.map(vector);
+            if usize::from(raw.to) >= MAX_USERS {
+                return Err(WireError::Recipient { entry, found: raw.to });
+            }
+            if !vectors.iter().all(|vector| vector.is_finite()) {
+                return Err(WireError::NotFinite { entry });
+            }
+            Ok(Entry::Channel { to: HostIndex(raw.to), object: index, vectors })
         }
         _ => Err(WireError::EntryTag(tag)),
     }
@@ -392,7 +434,7 @@ pub fn open(bytes: &[u8]) -> Result<(Header, &[u8]), WireError> {
     }
     let sender = match raw.sender {
         NO_SENDER => None,
-        host if usize::from(host) < MAX_HOSTS => Some(HostIndex(host)),
+        host if usize::from(host) < MAX_USERS => Some(HostIndex(host)),
         host => return Err(WireError::Sender(host)),
     };
     Ok((Header { kind, sender, session }, body))

@@ -8,21 +8,21 @@ use cotouch_device::device::Device;
 use cotouch_device::energy::PortEnergy;
 use cotouch_host::output::ContactSurface;
 use cotouch_net::clock::ClockMap;
-use cotouch_scene::geometry::MAX_FINGERS;
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::clock;
 use crate::mailbox::Mailbox;
 use crate::monitor;
+use crate::network_threads::{HapticPort, Inbound};
 use crate::priority;
 use crate::record::TickRecord;
 use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately, SurfaceShown};
 use crate::station::{Punctuality, Station};
-use crate::transport::{HapticPort, Inbound};
 
 /// Displays are told of at most every this many nanoseconds.
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
@@ -311,7 +311,7 @@ fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
     match touched.surface {
         ContactSurface::Body(body) => {
             let body = usize::from(body);
-            let contact = model.finger_contact(state, model.host, finger, body)?;
+            let contact = state.finger_contact(model, model.host, finger, body)?;
             Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
         }
         ContactSurface::Soft => {

@@ -4,14 +4,14 @@
 //! `Release` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
 use arrayvec::ArrayVec;
-use cotouch_host::model::{MAX_BODIES, MAX_USERS};
-use cotouch_host::output::{ContactPoint, ContactRecord, MAX_CONTACTS};
+use cotouch_host::output::{ContactPoint, ContactRecord};
 use cotouch_host::soft::SlowFrame;
 use cotouch_net::packet::StatePacket;
-use cotouch_scene::geometry::{MAX_FINGERS, Readings, Wrench, Wrenches};
+use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
+use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 use serde::{Deserialize, Serialize};
 
 /// One thing worth recording, at one host.

@@ -6,11 +6,11 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_host::model::{MAX_BODIES, MAX_USERS};
 use cotouch_host::soft::SlowFrame;
-use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Wrench};
+use cotouch_scene::geometry::{Pose, Reading, Wrench};
+use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use serde::Serialize;
 

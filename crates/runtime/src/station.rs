@@ -11,11 +11,12 @@ use cotouch_device::acted::{Acted, LimitWatch};
 use cotouch_device::device::{Device, WorldView};
 use cotouch_device::energy::PortEnergy;
 use cotouch_device::governor::{Governor, GovernorInput, GovernorOutput, GovernorState};
-use cotouch_host::model::{HostModel, MAX_BODIES, Role};
+use cotouch_host::model::{HostModel, Role};
 use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
 use cotouch_net::packet::StatePacket;
-use cotouch_scene::geometry::{MAX_FINGERS, Pose, Reading, Readings, Wrenches};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
+use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -230,7 +231,7 @@ impl<D: Device> Station<D> {
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
-        let packet = self.model.sample(&self.state.host, step?, &self.instant.readings)?;
+        let packet = self.model.sample(&mut self.state.host, step?, &self.instant.readings)?;
         self.record(|| RecordKind::Sent { to: None, packet: packet.clone() });
         Some(packet)
     }

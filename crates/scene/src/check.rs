@@ -13,6 +13,7 @@ use crate::keys::parts::{
 };
 use crate::keys::scene::{BODY_LIST, FIXED_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
 use crate::keys::{Fallback, Key};
+use crate::limits::MAX_USERS;
 use crate::mesh::{TriangleMesh, Triangles};
 use crate::scene::{
     Action, Body, Finger, FixedRegion, Scene, Shape, ShapeKind, Soft, SoftMeshKind, SoftModel, User,
@@ -89,7 +90,7 @@ impl Reader {
         scene.wall.planes = self.list(scope, PLANE_LIST.0, Self::plane);
         scene.soft.fixed = self.list(scope, FIXED_LIST.0, Self::fixed_region);
         let least = if wants_soft_object(&scope.rest) { 1 } else { 2 };
-        scene.session.users = scene.users.len().clamp(least, 16) as u8;
+        scene.session.users = scene.users.len().clamp(least, MAX_USERS) as u8;
         self.fill(IMPAIRMENT, scope, LINK_IMPAIRMENT, &mut scene.link.impairment);
         self.fill(SCENE, scope, "", &mut scene);
         self.surface(scope, "object.", &mut scene.object.shape);
@@ -110,7 +111,7 @@ impl Reader {
         let (given, wanted) = (scene.users.len(), usize::from(scene.session.users));
         let overridden = matches!(self.places.get(KEY), Some(Place::Override(_)));
         if given > wanted && !overridden {
-            let allowed = format!("from the number of [[user]] tables ({given}) to 16");
+            let allowed = format!("from the number of [[user]] tables ({given}) to {MAX_USERS}");
             self.report(
                 scope,
                 vec![Conflict { keys: vec![KEY.to_owned()], found: wanted.to_string(), allowed }],

@@ -1,6 +1,6 @@
 //! What the keys of a scene demand of each other.
 
-use crate::geometry::MAX_FINGERS;
+use crate::limits::MAX_FINGERS;
 use crate::names::HostIndex;
 use crate::scene::{Action, Architecture, Body, Impairment, Scene};
 use crate::time::Schedule;

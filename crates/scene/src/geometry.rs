@@ -4,8 +4,7 @@ use arrayvec::ArrayVec;
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
 
-/// Most fingers (haptic interface points) of one user.
-pub const MAX_FINGERS: usize = 4;
+use crate::limits::MAX_FINGERS;
 
 /// What a device reports at one instant: one reading a finger.
 pub type Readings = ArrayVec<Reading, MAX_FINGERS>;

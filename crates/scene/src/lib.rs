@@ -41,6 +41,7 @@ mod consistency;
 pub mod error;
 pub mod geometry;
 mod keys;
+pub mod limits;
 pub mod mass;
 pub mod mechanism;
 pub mod mesh;

@@ -739,7 +739,7 @@ pub enum SurfaceHold {
 pub struct User {
     /// Unique within the session.
     pub name: String,
-    /// 1 to [`crate::geometry::MAX_FINGERS`]; one at the origin where none is written.
+    /// 1 to [`crate::limits::MAX_FINGERS`]; one at the origin where none is written.
     pub fingers: Vec<Finger>,
     /// How firmly the hand follows `reach`, `sinusoid` and `hold`; part of the loop, so the analysis compiles it.
     pub tracking: SpringDamper,

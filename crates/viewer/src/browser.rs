@@ -7,7 +7,7 @@ use std::time::Duration;
 use axum::Error;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
 use cotouch_runtime::hand::{Hand, TakeError};
-use cotouch_scene::geometry::MAX_FINGERS;
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use futures_util::stream::SplitStream;
 use futures_util::{SinkExt as _, StreamExt as _};

@@ -1,19 +1,20 @@
 //! One probe of a bumpy ball of 1k, 10k and 100k triangles, 50 mm in radius, and one new shape of it.
 #![allow(missing_docs, reason = "criterion's macros")]
 
-#[path = "../tests/meshes/mod.rs"]
-mod meshes;
-
 use std::hint::black_box;
 
-use cotouch_world::proxy::ProxyState;
+use cotouch_testkit::meshes::{Mesh, bumpy_ball, bumpy_radius};
+use cotouch_world::{MeshSurface, ProxyState};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
-use meshes::{bumpy_ball, bumpy_radius};
 
 const BALL_M: f64 = 0.05;
 const BUMP_M: f64 = 0.002;
 const WAVES: f64 = 9.0;
+
+fn surface_of(mesh: &Mesh) -> MeshSurface {
+    MeshSurface::new(mesh.vertices.clone(), &mesh.triangles).unwrap()
+}
 
 /// A way around the ball that closes, `height` (m) above its surface, in ticks of 1 ms at `speed` (m/s).
 fn way(height: f64, speed: f64) -> Vec<DVec3> {
@@ -29,7 +30,7 @@ fn way(height: f64, speed: f64) -> Vec<DVec3> {
 fn probe(criterion: &mut Criterion) {
     for n in [7, 22, 71] {
         let mesh = bumpy_ball(BALL_M, BUMP_M, WAVES, n);
-        let surface = mesh.surface();
+        let surface = surface_of(&mesh);
         let triangles = mesh.triangles.len();
         let cases = [
             ("slide 0.2 m/s, sphere 5 mm", 0.003, 0.2, 0.005),

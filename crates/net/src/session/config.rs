@@ -1,12 +1,12 @@
 //! What an endpoint must know beforehand.
 
+use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut, Scene};
 use cotouch_scene::time::{Rate, SessionTime};
 
 use super::MILLISECOND;
-use crate::message::MAX_TEXT_BYTES;
-use crate::wire::MAX_HOSTS;
+use crate::text::MAX_TEXT_BYTES;
 
 /// When tick 0 is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,7 +55,7 @@ pub struct Config {
 #[non_exhaustive]
 pub enum ConfigError {
     /// Too many.
-    #[error("a session has at most {MAX_HOSTS} users; the scene has {0}")]
+    #[error("a session has at most {MAX_USERS} users; the scene has {0}")]
     Users(usize),
     /// Too long.
     #[error("a user's name has at most {MAX_TEXT_BYTES} bytes; found {0:?}")]
@@ -69,7 +69,7 @@ impl Config {
     /// When there are too many users or a name is too long.
     pub fn new(scene: &Scene, scene_hash: u64, seed: u64) -> Result<Self, ConfigError> {
         let names: Vec<String> = scene.users.iter().map(|user| user.name.clone()).collect();
-        if names.is_empty() || names.len() > MAX_HOSTS {
+        if names.is_empty() || names.len() > MAX_USERS {
             return Err(ConfigError::Users(names.len()));
         }
         if let Some(name) = names.iter().find(|name| name.len() > MAX_TEXT_BYTES) {

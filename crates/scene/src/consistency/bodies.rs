@@ -3,13 +3,9 @@
 use glam::DVec3;
 
 use super::{Conflict, conflict};
+use crate::limits::{MAX_BODIES, MAX_ENTRIES};
 use crate::scene::{DeviceKind, Scene, Shape, ShapeKind, Space};
 use crate::value::{Value, plain};
-
-/// Most bodies of a scene.
-const MAX_BODIES: usize = 8;
-/// Most fingers of a user and bodies that move, together: what one packet carries.
-const MAX_ENTRIES: usize = 10;
 
 pub(super) fn of_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
     if scene.bodies.is_empty() {

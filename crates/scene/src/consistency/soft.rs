@@ -1,6 +1,7 @@
 //! What a soft object demands of the rest of a scene.
 
 use super::{Conflict, conflict};
+use crate::limits::MAX_USERS;
 use crate::scene::{Scene, ShapeKind, Soft, SoftMeshKind, SoftModel};
 use crate::soft_mesh::{MAX_ELEMENTS, SoftMeshError};
 use crate::time::Schedule;
@@ -9,7 +10,9 @@ use crate::value::{Field as _, Value, plain};
 pub(super) fn of_soft(scene: &Scene, found: &mut Vec<Conflict>) {
     if !scene.soft.exists() {
         if scene.session.users < 2 {
-            let allowed = "from 2 to 16, because only with a soft object (soft.model) one user can be alone";
+            let allowed = format!(
+                "from 2 to {MAX_USERS}, because only with a soft object (soft.model) one user can be alone"
+            );
             found.push(conflict(&["session.users", "soft.model"], "1", allowed));
         }
         return;

@@ -4,12 +4,13 @@ use glam::DVec3;
 
 use super::Fallback::{Derived, Is, Kept, Required};
 use super::{Access, Fallback, Key, Kind, at, shape};
+use crate::limits::MAX_USERS;
 use crate::scene::{Action, Body, Finger, FixedRegion, Impairment, User, WallPlane, Way};
 use crate::value::{Field as _, Value};
 
 const SHARE: Kind = Kind::Number { min: 0.0, max: 1.0 };
 const TRANSIT: Kind = Kind::Number { min: 0.0, max: 10.0 };
-const HOST: Kind = Kind::Count { min: 1, max: 16 };
+const HOST: Kind = Kind::Count { min: 1, max: MAX_USERS as u64 };
 
 const INDEPENDENT_LOSS: Fallback<Impairment> = Derived {
     says: "1/(1 - loss_rate): every packet is lost or not, whatever happened to the one before",

@@ -3,6 +3,7 @@
 use super::Fallback::{ByArchitecture, Derived, Is, Kept};
 use super::shape;
 use super::{Fallback, Key, Kind, at};
+use crate::limits::MAX_USERS;
 use crate::scene::{
     Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, Scene,
     SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
@@ -74,7 +75,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
     Key::new("gravity_m_per_s2", Kind::Vector { max: 100.0 }, Is("0"), "m/s²", "Acceleration of every body that is not fixed; hands do not feel it.", at!(gravity_m_per_s2)),
 
     Key::new("session.architecture", Kind::Choice(Architecture::WORDS), Is("distributed"), "", "Who computes the world: host 1 for all (centralized), or every host its own copy (distributed).", at!(session.architecture)),
-    Key::new("session.users", Kind::Count { min: 1, max: 16 }, USERS, "", "How many people take part, each on a host of their own; 1 only where there is a soft object.", at!(session.users)),
+    Key::new("session.users", Kind::Count { min: 1, max: MAX_USERS as u64 }, USERS, "", "How many people take part, each on a host of their own; 1 only where there is a soft object.", at!(session.users)),
     Key::new("session.coordination", Kind::Choice(Coordination::WORDS), Is("pairwise"), "", "What a copy of the object is coupled to: every other copy, or the average of all; without effect when centralized.", at!(session.coordination)),
     Key::new("session.integrator", Kind::Choice(Integrator::WORDS), Is("exact-hold"), "", "How objects are stepped; hands are always exact.", at!(session.integrator)),
     Key::new("session.seed", Kind::Count { min: 0, max: i64::MAX as u64 }, Is("1"), "", "Seed of everything random: the same scene and seed give the same bytes.", at!(session.seed)),

@@ -5,6 +5,7 @@ use super::scene::SCENE;
 use super::*;
 use crate::blank;
 use crate::error::Place;
+use crate::limits::{MAX_BODIES, MAX_ENTRIES, MAX_FINGERS};
 
 fn read(kind: &Kind, text: &str) -> Option<Value> {
     kind.read(&crate::tree::parse_value(text, &Place::file("test")).unwrap())
@@ -112,4 +113,14 @@ fn every_key_is_what_it_says() {
         assert!((kind.is)(&kind.blank), "{}", kind.word);
         kind.keys.iter().for_each(|key| check_key(key, &kind.blank));
     }
+}
+
+#[test]
+fn words_name_the_limits() {
+    assert!(super::parts::FINGER_LIST.1.contains(&format!("1 to {MAX_FINGERS};")));
+    let bodies = super::scene::BODY_LIST.1;
+    assert!(
+        bodies.contains(&format!("up to {MAX_BODIES},"))
+            && bodies.contains(&format!("at most {MAX_ENTRIES} together"))
+    );
 }

@@ -8,11 +8,12 @@ use cotouch_runtime::slow::{self, SlowPort};
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::Scene;
-use cotouch_scene::geometry::{MAX_FINGERS, Reading, Readings, Wrench};
+use cotouch_scene::geometry::{Reading, Readings, Wrench};
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Space, User};
 use cotouch_scene::time::Rate;
-use cotouch_world::proxy::MeshSurface;
+use cotouch_world::MeshSurface;
 use glam::DVec3;
 use serde::Serialize;
 

@@ -1,0 +1,17 @@
+//! What `cotouch-analysis` promises from outside, in one program.
+
+mod diagrams;
+mod grasp;
+mod local_models;
+mod maps;
+mod margins;
+mod naive;
+mod naive_grasp;
+mod oracles;
+mod properties;
+mod pushed;
+mod routes;
+mod seed_values;
+mod transparency;
+mod written_out;
+mod written_out_grasp;

@@ -1,0 +1,16 @@
+//! What `cotouch` promises from outside, in one program.
+
+mod agreement;
+mod agreement_soft;
+mod analysis_commands;
+mod command_line;
+mod grasps;
+mod growth;
+mod probe;
+mod program;
+mod scenes;
+mod settled_grasp;
+mod soak;
+mod soft_commands;
+mod soft_scenes;
+mod support;

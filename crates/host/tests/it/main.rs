@@ -1,0 +1,9 @@
+//! What `cotouch-host` promises from outside, in one program.
+
+mod common;
+mod contacts;
+mod instants;
+mod soft_contacts;
+mod soft_no_allocation;
+mod soft_scenes;
+mod soft_spring;

@@ -1,0 +1,6 @@
+//! What `cotouch-net` promises from outside, in one program.
+
+mod allocation;
+mod net;
+mod session;
+mod wire;

@@ -1,0 +1,239 @@
+//! Sessions that are changed while they run, in real time: what even a busy computer can promise.
+
+use std::path::Path;
+use std::thread;
+use std::time::Duration;
+
+use crate::sessions::{assert_adds_up, assert_replays, scene};
+use cotouch_runtime::hand::HeldBy;
+use cotouch_runtime::live::{ChangeError, Changed, LiveSession, numbered};
+use cotouch_runtime::real_time::{RealTimeOptions, realisable, run_local, serve};
+use cotouch_runtime::record::RecordKind;
+use cotouch_runtime::recording::Recording;
+use cotouch_runtime::summary::Summary;
+use cotouch_scene::scene::{Impairment, Scene};
+
+fn real_scene(settings: &[&str]) -> Scene {
+    realisable(&scene("distributed", settings)).0
+}
+
+fn live(scene: &Scene, recording: Option<&Path>) -> LiveSession {
+    let options = RealTimeOptions { recording: recording.map(Path::to_owned), ..RealTimeOptions::default() };
+    LiveSession::run_local(scene, options).unwrap()
+}
+
+fn wait_until(session: &LiveSession, mut is_so: impl FnMut(&LiveSession) -> bool) {
+    for _ in 0..6000 {
+        if is_so(session) {
+            return;
+        }
+        assert!(!session.has_ended(), "the session ended by itself");
+        thread::sleep(Duration::from_millis(5));
+    }
+    panic!("nothing happened for half a minute");
+}
+
+/// Waits for so many ticks of the session that runs now.
+fn wait_for_ticks(session: &LiveSession, ticks: u64) {
+    let done = |session: &LiveSession| session.snapshot().0.hosts[0].ticks;
+    let (before, generation) = (done(session), session.scene().1);
+    assert_eq!(session.snapshot().1, generation);
+    wait_until(session, |session| done(session) >= before + ticks);
+}
+
+fn stop(session: LiveSession) -> Summary {
+    session.stop();
+    let summary = session.finish().unwrap();
+    assert_adds_up(&summary);
+    summary
+}
+
+#[test]
+fn what_forces_are_made_of_changes_while_running_and_replays() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("live.mcap");
+    let session = live(&real_scene(&[]), Some(&path));
+    assert!(session.may_change());
+    wait_for_ticks(&session, 300);
+    let before = session.snapshot().0.hosts[0].ticks;
+    let softer = real_scene(&["coupling.object_object.stiffness_n_per_m=100"]);
+    assert_eq!(session.change(softer.clone()).unwrap(), Changed::WhileRunning);
+    assert_eq!((*session.scene().0 == softer, session.scene().1), (true, 1));
+    wait_for_ticks(&session, 300);
+    assert!(session.snapshot().0.hosts[0].ticks > before, "the same session goes on");
+    stop(session);
+    assert_replays(&path);
+    let changes = |item: &&_| {
+        let item: &&cotouch_runtime::record::RecordItem = item;
+        matches!(&item.kind, RecordKind::Changed(text) if text.contains("100"))
+    };
+    assert_eq!(Recording::open(&path).unwrap().items.iter().filter(changes).count(), 2);
+}
+
+#[test]
+fn what_the_network_does_changes_while_running() {
+    let session = live(&real_scene(&[]), None);
+    wait_for_ticks(&session, 300);
+    let lost = |session: &LiveSession| session.snapshot().0.hosts[0].links[0].lost;
+    let lossy = real_scene(&["link.impairment.loss_rate=0.5"]);
+    assert_eq!(session.change(lossy).unwrap(), Changed::WhileRunning);
+    let before = lost(&session);
+    wait_until(&session, |session| lost(session) >= before + 20);
+    assert_eq!(session.change(real_scene(&[])).unwrap(), Changed::WhileRunning);
+    let received = |session: &LiveSession| session.snapshot().0.hosts[0].links[0].received;
+    let before = received(&session);
+    wait_until(&session, |session| received(session) >= before + 100);
+    let _: Summary = stop(session);
+}
+
+#[test]
+fn any_other_change_begins_the_next_session_with_a_recording_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("live.mcap");
+    let session = live(&real_scene(&[]), Some(&path));
+    wait_for_ticks(&session, 200);
+    let of_three = real_scene(&["session.users=3", "link.impairment.loss_rate=0.2"]);
+    assert_eq!(session.change(of_three.clone()).unwrap(), Changed::ByRestart);
+    assert_eq!((*session.scene().0 == of_three, session.scene().1), (true, 2));
+    assert!(!session.has_ended());
+    wait_for_ticks(&session, 200);
+    assert_eq!((session.snapshot().0.hosts.len(), session.seats().len()), (3, 3));
+    assert!(session.seats().iter().all(|seat| seat.by == HeldBy::Script));
+    session.again().unwrap();
+    assert_eq!(session.scene().1, 3);
+    wait_for_ticks(&session, 100);
+    let summary = stop(session);
+    let recordings: Vec<_> =
+        summary.earlier.iter().map(|session| session.recording.clone().unwrap()).collect();
+    let of = |generation| numbered(&path, generation).display().to_string();
+    assert_eq!((recordings, summary.recording), (vec![of(1), of(2)], Some(of(3))));
+    for generation in 1..=3 {
+        let replayed = assert_replays(&numbered(&path, generation));
+        assert!(!replayed.ended_abruptly);
+    }
+    assert!(folder.path().join("live-3.mcap").exists());
+}
+
+#[test]
+fn pictures_go_on_while_a_session_follows_another_and_a_stop_holds_for_the_next() {
+    let session = live(&real_scene(&[]), None);
+    wait_for_ticks(&session, 100);
+    thread::scope(|scope| {
+        let change = scope.spawn(|| session.change(real_scene(&["session.users=3"])));
+        wait_until(&session, |session| {
+            assert!(!session.snapshot().0.hosts.is_empty());
+            assert!(!session.snapshot().0.ended);
+            session.snapshot().1 == 2
+        });
+        assert_eq!(change.join().unwrap().unwrap(), Changed::ByRestart);
+        let again = scope.spawn(|| session.again());
+        thread::sleep(Duration::from_millis(20));
+        session.stop();
+        // It may have begun before the stop or not at all.
+        let _either = again.join().unwrap();
+        while !session.has_ended() {
+            thread::sleep(Duration::from_millis(5));
+        }
+    });
+    assert!(matches!(session.again(), Err(ChangeError::Ended)));
+    assert!(matches!(session.change(real_scene(&[])), Err(ChangeError::Ended)));
+    session.finish().unwrap();
+}
+
+#[test]
+fn a_session_that_does_not_start_leaves_the_one_before() {
+    let first = real_scene(&[]);
+    let options = RealTimeOptions::default();
+    let starter = move |scene: &Scene, _| {
+        let blocked = Path::new("/no such folder/run.mcap").to_owned();
+        let recording = (scene.session.users == 3).then_some(blocked);
+        run_local(scene, &RealTimeOptions { recording, ..RealTimeOptions::default() })
+    };
+    let session = LiveSession::changeable(run_local(&first, &options).unwrap(), Box::new(starter));
+    wait_for_ticks(&session, 100);
+    let error = session.change(real_scene(&["session.users=3"])).unwrap_err();
+    assert!(error.to_string().contains("no such folder"), "{error}");
+    assert_eq!((*session.scene().0 == first, session.scene().1), (true, 2));
+    wait_for_ticks(&session, 100);
+    let _: Summary = stop(session);
+}
+
+#[test]
+fn past_the_boundary_it_shakes_and_before_it_settles() {
+    let stiff = |stiffness: u32| {
+        real_scene(&[format!("coupling.object_object.stiffness_n_per_m={stiffness}").as_str()])
+    };
+    let session = live(&stiff(300), None);
+    let stable = |session: &LiveSession| session.snapshot().0.lately.stable;
+    wait_until(&session, |session| stable(session) == Some(true));
+    let calm_j = session.snapshot().0.lately.oscillation_j;
+    assert_eq!(session.change(stiff(2500)).unwrap(), Changed::WhileRunning);
+    wait_until(&session, |session| {
+        let lately = session.snapshot().0.lately;
+        lately.stable == Some(false) && lately.oscillation_j > 10.0 * calm_j
+    });
+    session.change(stiff(300)).unwrap();
+    wait_until(&session, |session| stable(session) == Some(true));
+    let _: Summary = stop(session);
+}
+
+#[test]
+fn a_world_that_left_all_bounds_begins_anew() {
+    let settings = ["coupling.object_object.stiffness_n_per_m=200000", "object.mass_kg=0.05"];
+    let session = live(&real_scene(&settings), None);
+    wait_until(&session, |session| session.snapshot().0.hosts.iter().any(|host| host.diverged));
+    // Where nobody watches, what happened stays to be seen in the summary.
+    thread::sleep(Duration::from_secs(2));
+    assert_eq!(session.scene().1, 1);
+    wait_until(&session, |session| {
+        session.is_watched(10.0);
+        session.scene().1 == 2
+    });
+    let mut news = Vec::new();
+    wait_until(&session, |session| {
+        news.extend(session.take_news());
+        news.iter().any(|news| news.contains("begun anew"))
+    });
+    // Settings that hold are taken at once, or by the next session where this one has left all bounds too.
+    session.change(real_scene(&[])).unwrap();
+    wait_for_ticks(&session, 300);
+    assert!(session.snapshot().0.hosts.iter().all(|host| !host.diverged));
+    let _: Summary = stop(session);
+}
+
+#[test]
+fn a_shared_session_is_as_it_is() {
+    let scene = real_scene(&[]);
+    let impairment = Some(Impairment { latency_s: 0.002, ..Impairment::NONE });
+    let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
+    let session = LiveSession::fixed(
+        serve(&scene, cotouch_runtime::transport::parse("127.0.0.1:0").unwrap(), &options).unwrap(),
+    );
+    assert!(!session.may_change());
+    assert!(matches!(session.change(scene.clone()), Err(ChangeError::Shared)));
+    assert!(matches!(session.again(), Err(ChangeError::Shared)));
+    let (would_run, note) = session.as_it_would_run(&real_scene(&["link.impairment.latency_s=0.05"]));
+    assert_eq!((would_run.link.impairment.latency_s, note), (0.002, None));
+    let seats: Vec<HeldBy> = session.seats().iter().map(|seat| seat.by).collect();
+    assert_eq!(seats, [HeldBy::Script, HeldBy::Nobody]);
+    session.stop();
+    session.finish().unwrap();
+}
+
+#[test]
+fn predictions_are_for_what_a_real_network_can_play() {
+    let session = live(&real_scene(&[]), None);
+    let asked = scene("distributed", &["link.delay_periods=0", "link.impairment.latency_s=0.05"]);
+    let (would_run, note) = session.as_it_would_run(&asked);
+    assert_eq!((would_run.link.delay_periods, would_run.link.impairment.latency_s), (1, 0.05));
+    assert!(note.unwrap().contains("delay_periods"));
+    wait_for_ticks(&session, 1);
+    let _: Summary = stop(session);
+}
+
+#[test]
+fn recordings_are_numbered_from_the_second_on() {
+    let name = |generation| numbered(Path::new("a/b.c.mcap"), generation).display().to_string();
+    assert_eq!([name(1), name(2), name(10)], ["a/b.c.mcap", "a/b.c-2.mcap", "a/b.c-10.mcap"]);
+    assert_eq!(numbered(Path::new("b"), 2), Path::new("b-2"));
+}

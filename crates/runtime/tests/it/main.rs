@@ -1,0 +1,18 @@
+//! What `cotouch-runtime` promises from outside, in one program.
+
+mod changes;
+mod common;
+mod contact_runs;
+mod export;
+mod hands;
+mod live;
+mod no_allocation;
+mod pointers;
+mod real_time_runs;
+mod recording;
+mod schema;
+mod sessions;
+mod soft_real_time;
+mod soft_runs;
+mod transports;
+mod virtual_runs;
