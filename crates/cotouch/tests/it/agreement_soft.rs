@@ -8,14 +8,13 @@ use std::sync::Arc;
 use crate::support::{assert_nothing_acted, visit};
 use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::soft::compile_unreduced;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_host::soft::SlowFrame;
-use cotouch_runtime::slow::{SlowPort, simulation_of};
-use cotouch_runtime::station::Station;
+use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::parse;
-use cotouch_scene::scene::{Architecture, Scene};
+use cotouch_scene::scene::Scene;
 use cotouch_soft::MaterialPoint;
 
 type Session = VirtualSession<SimulatedUser>;
@@ -88,21 +87,15 @@ struct Probe {
 impl Probe {
     fn at_rest(scene: &Scene) -> Self {
         let of = compile_unreduced(scene).unwrap();
-        let simulation = simulation_of(scene).unwrap().unwrap();
-        let free = simulation.body().linear().unwrap().coordinates;
-        let centralized = scene.session.architecture == Architecture::Centralized;
-        let mut session = VirtualSession::new(scene, |host| {
-            let station = Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None);
-            if host == HostIndex::FIRST || !centralized {
-                station.with_soft(SlowPort::inline(scene, simulation.clone()))
-            } else {
-                station
-            }
-        });
+        let user = |host| (SimulatedUser::new(scene, host).unwrap(), None);
+        let mut session = VirtualSession::with_devices(scene, user).unwrap();
         let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
         let tick = settled.next_multiple_of(of.ticks_per_pattern());
         assert!(session.run_to_tick(tick, |_, _| {}), "the hosts did not join");
-        let contacts = &session.hosts()[0].station.state.host.soft.contacts;
+        let station = &session.hosts()[0].station;
+        let simulation = station.soft().and_then(SlowPort::simulation).unwrap();
+        let free = simulation.body().linear().unwrap().coordinates;
+        let contacts = &station.state.host.soft.contacts;
         let anchors = contacts.iter().map(|contact| contact.anchor).collect();
         Self { scene: scene.clone(), of, session, tick, anchors, free }
     }
@@ -128,7 +121,13 @@ impl Probe {
     }
 
     /// Reads or writes a number wherever it is at the instant of `tick`.
-    fn visit(&self, session: &mut Session, coordinate: Coordinate, tick: u64, act: &mut dyn FnMut(&mut f64)) {
+    fn visit(
+        &self,
+        session: &mut Session,
+        coordinate: Coordinate,
+        tick: u64,
+        act: &mut dyn FnMut(&mut f64),
+    ) {
         match coordinate {
             Coordinate::Integral { host, slot } => {
                 let soft = &mut session.host_mut(host).station.state.host.soft;
