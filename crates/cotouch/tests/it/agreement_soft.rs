@@ -121,13 +121,7 @@ impl Probe {
     }
 
     /// Reads or writes a number wherever it is at the instant of `tick`.
-    fn visit(
-        &self,
-        session: &mut Session,
-        coordinate: Coordinate,
-        tick: u64,
-        act: &mut dyn FnMut(&mut f64),
-    ) {
+    fn visit(&self, session: &mut Session, coordinate: Coordinate, tick: u64, act: &mut dyn FnMut(&mut f64)) {
         match coordinate {
             Coordinate::Integral { host, slot } => {
                 let soft = &mut session.host_mut(host).station.state.host.soft;
