@@ -143,6 +143,8 @@ pub(crate) fn visit(
             let at_host = visit_host(session, host, coordinate, tick, act);
             at_host || visit_in_flight(session, coordinate, tick, act)
         }
+        // What a soft body has; see its own test.
+        _ => false,
     }
 }
 
