@@ -14,7 +14,7 @@ use cotouch_device::{
 use cotouch_host::model::{HostModel, Role};
 use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
-use cotouch_net::packet::StatePacket;
+use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;

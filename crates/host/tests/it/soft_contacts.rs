@@ -4,7 +4,7 @@ use crate::common::{BLOCK, Rig, SPRING, scene};
 use cotouch_host::model::HostModel;
 use cotouch_host::output::ContactSurface;
 use cotouch_host::state::HostState;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_testkit::scenes::local_model_kinds;

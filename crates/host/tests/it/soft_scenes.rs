@@ -2,7 +2,7 @@
 
 use crate::common::Rig;
 use cotouch_host::soft::SlowInput;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, load};
