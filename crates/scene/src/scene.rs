@@ -153,7 +153,7 @@ pub enum Architecture {
     Distributed,
 }
 
-/// How copies of the object are kept together.
+/// How copies of the object are kept together: a scheme of `cotouch_world::coordination`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coordination {
@@ -161,6 +161,17 @@ pub enum Coordination {
     Pairwise,
     /// Every copy is coupled with k_o, b_o to the average of all copies (its own undelayed).
     Average,
+}
+
+impl Coordination {
+    /// Its name in a scene.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Pairwise => "pairwise",
+            Self::Average => "average",
+        }
+    }
 }
 
 /// How a body of mass m is advanced by T under a held force f.
