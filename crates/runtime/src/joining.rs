@@ -13,7 +13,7 @@ use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
 
 use crate::clock;
-use crate::real_time::StartError;
+use crate::start_error::StartError;
 use crate::transport::Transport;
 
 /// The endpoint of `host` in a session that starts when all of the scene's users are there. Its ids come from the

@@ -6,17 +6,19 @@
 
 use std::io;
 
-use cotouch_device::device::Device;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, SimulatedUser};
 use cotouch_net::link::SimulatedLink;
 use cotouch_net::session::{Endpoint, Event};
 use cotouch_net::wire::MAX_DATAGRAM;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::{LocalTime, Rate};
+use cotouch_soft::SoftError;
 
+use crate::exchange::RecordSink;
 use crate::joining;
 use crate::record::TickRecord;
+use crate::slow::{self, SlowPort};
 use crate::station::{Punctuality, Station};
 use crate::transport::{Transport as _, VirtualNetwork};
 
@@ -60,6 +62,26 @@ impl<D: Device> VirtualSession<D> {
             now,
             next_network: 0,
         }
+    }
+
+    /// A session of `scene` in which `device` makes each host's device, and what records the host. Soft objects are
+    /// simulated by the stations themselves.
+    ///
+    /// # Errors
+    /// When the scene's soft object cannot be simulated.
+    pub fn with_devices(
+        scene: &Scene,
+        mut device: impl FnMut(HostIndex) -> (D, Option<Box<dyn RecordSink + Send>>),
+    ) -> Result<Self, SoftError> {
+        let simulation = slow::simulation_of(scene)?;
+        Ok(Self::new(scene, |host| {
+            let (device, sink) = device(host);
+            let station = Station::new(scene, host, device, sink);
+            match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
+                Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
+                None => station,
+            }
+        }))
     }
 
     /// The hosts.

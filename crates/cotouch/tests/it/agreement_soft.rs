@@ -7,10 +7,9 @@ use std::sync::Arc;
 
 use crate::support::{assert_nothing_acted, visit};
 use cotouch_analysis::soft::{SoftCoordinate, SoftLoop, compile_unreduced};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_host::soft::SlowFrame;
-use cotouch_runtime::slow::{SlowPort, simulation_of};
-use cotouch_runtime::station::Station;
+use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::parse;
@@ -87,21 +86,15 @@ struct Probe {
 impl Probe {
     fn at_rest(scene: &Scene) -> Self {
         let of = compile_unreduced(scene).unwrap();
-        let simulation = simulation_of(scene).unwrap().unwrap();
-        let free = simulation.body().linear().unwrap().coordinates;
-        let hosts = &of.worlds;
-        let mut session = VirtualSession::new(scene, |host| {
-            let station = Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None);
-            if hosts.iter().any(|world| world.host == host) {
-                station.with_soft(SlowPort::inline(scene, simulation.clone()))
-            } else {
-                station
-            }
-        });
+        let user = |host| (SimulatedUser::new(scene, host).unwrap(), None);
+        let mut session = VirtualSession::with_devices(scene, user).unwrap();
         let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
         let tick = settled.next_multiple_of(of.ticks_per_pattern());
         assert!(session.run_to_tick(tick, |_, _| {}), "the hosts did not join");
-        let contacts = &session.hosts()[0].station.state.host.soft.contacts;
+        let station = &session.hosts()[0].station;
+        let simulation = station.soft().and_then(SlowPort::simulation).unwrap();
+        let free = simulation.body().linear().unwrap().coordinates;
+        let contacts = &station.state.host.soft.contacts;
         let anchors = contacts.iter().map(|contact| contact.anchor).collect();
         Self { scene: scene.clone(), of, session, tick, anchors, free }
     }

@@ -1,8 +1,7 @@
 //! A virtual session whose state can be read and written by the names of its coordinates.
 
 use cotouch_analysis::lift::LiftedMap;
-use cotouch_device::acted::Acted;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Acted, SimulatedUser};
 use cotouch_net::wire;
 use cotouch_runtime::record::TickRecord;
 use cotouch_runtime::station::Station;
@@ -49,7 +48,7 @@ impl Probe {
     /// As [`at_rest`](Self::at_rest), after so many seconds.
     pub(crate) fn after(scene: &Scene, seconds: f64) -> Self {
         let mut session = VirtualSession::new(scene, |host| {
-            Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None)
+            Station::new(scene, host, SimulatedUser::new(scene, host).unwrap(), None)
         });
         let ticks_per_pattern = scene.schedule().ticks_per_pattern();
         let settled = (seconds * scene.rates.control_hz.hz()) as u64;

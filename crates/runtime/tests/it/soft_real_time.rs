@@ -6,7 +6,8 @@ use std::thread;
 use std::time::Duration;
 
 use crate::sessions::{assert_adds_up, assert_replays};
-use cotouch_runtime::real_time::{RealTimeOptions, join, realisable, run_local, serve};
+use cotouch_runtime::RealTimeOptions;
+use cotouch_runtime::real_time::{join, realisable, run_local, serve};
 use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::session_handle::SessionHandle;
