@@ -8,7 +8,7 @@ use std::sync::Arc;
 use crate::support::{assert_nothing_acted, visit};
 use cotouch_analysis::soft::{SoftCoordinate, SoftLoop, compile_unreduced};
 use cotouch_device::SimulatedUser;
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
