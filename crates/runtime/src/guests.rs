@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 

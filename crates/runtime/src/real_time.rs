@@ -10,8 +10,7 @@ use std::time::Duration;
 
 use cotouch_device::{Device, DeviceOpenError};
 use cotouch_host::SlowLoop;
-use cotouch_net::route::Route;
-use cotouch_net::session::Endpoint;
+use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 

@@ -5,9 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cotouch_net::route::Route;
-use cotouch_net::session::Presence;
-use cotouch_net::statistics::LinkStatistics;
+use cotouch_net::{LinkStatistics, Presence, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 

@@ -12,7 +12,7 @@ use cotouch_device::{
     PortEnergy, WorldView,
 };
 use cotouch_host::{HostModel, HostState, Role, TickOutput};
-use cotouch_net::packet::StatePacket;
+use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_runtime::{DeviceChoice, real_time, transport};

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotouch_host::{HostModel, HostState};
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Reading, Readings};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, load};

@@ -2,10 +2,11 @@
 
 use crate::common::Rig;
 use cotouch_host::SlowInput;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, load};
+use cotouch_testkit::scenes::local_model_kinds;
 use glam::DVec3;
 
 fn scene(name: &str, overrides: &[&str]) -> Scene {
@@ -94,7 +95,7 @@ fn press(tick: u32) -> f64 {
 #[test]
 fn every_scene_is_pressed_and_let_go() {
     for name in ["spring", "soft-block", "balloon", "organ"] {
-        for kind in ["hold", "p", "pi", "compliance"] {
+        for kind in local_model_kinds() {
             // A body that swings takes a softer integral than one without inertia.
             let overrides = [
                 format!("local_model.kind={kind}"),

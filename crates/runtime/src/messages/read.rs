@@ -2,7 +2,7 @@
 
 use arrayvec::{ArrayString, ArrayVec};
 use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
-use cotouch_net::packet::{ChannelVectors, Entry, StatePacket};
+use cotouch_net::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::MAX_CHANNEL_VECTORS;
 use cotouch_scene::names::HostIndex;
