@@ -2,10 +2,11 @@
 
 use std::collections::BTreeMap;
 
-use cotouch_scene::Scene;
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
-use cotouch_scene::scene::{Action, Architecture, PlayOut, Space, SpringDamper, VelocityEstimate};
+use cotouch_scene::scene::{
+    Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
+};
 use cotouch_world::coordination::{self, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
@@ -26,7 +27,7 @@ const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
 /// A session that is being written down.
 pub(super) struct Session<'a> {
-    scene: &'a Scene,
+    scene: &'a SceneValues,
     point: &'a OperatingPoint,
     bodies: Vec<cotouch_scene::scene::Body>,
     spec: LoopSpec,
@@ -46,7 +47,7 @@ struct Touch {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(scene: &'a Scene, point: &'a OperatingPoint) -> Self {
+    pub(super) fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
         let mut session = Self {
             scene,
             point,
@@ -297,7 +298,7 @@ impl<'a> Session<'a> {
 }
 
 /// What the scheme's channels for translation and for rotation add to the wrench on an own copy, for each other one.
-fn gains_of_channels(scene: &Scene) -> [ChannelGains; 2] {
+fn gains_of_channels(scene: &SceneValues) -> [ChannelGains; 2] {
     coordination::gains(&scene.coupling).map(|gains| {
         let scheme = coordination::scheme(scene, gains);
         let weight = scheme.weight(f64::from(scene.session.users) - 1.0);
@@ -332,7 +333,7 @@ fn body_axes(space: Space, turns: bool) -> &'static [Dof] {
 }
 
 /// The constant delay of samples from one host to another.
-pub(crate) fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
+pub(crate) fn delay(scene: &SceneValues, from: HostIndex, to: HostIndex) -> Delay {
     let latency_s = scene.impairment(from, to).latency_s;
     let transit_ticks =
         ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;

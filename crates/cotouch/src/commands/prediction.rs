@@ -28,7 +28,7 @@ pub(super) fn predicted(stability: &Stability) -> Predicted {
 pub(super) fn who_and_how(scene: &Scene) -> String {
     let architecture = match scene.session.architecture {
         Architecture::Centralized => "centralized".to_owned(),
-        Architecture::Distributed => format!("distributed ({})", scene.session.coordination.name()),
+        Architecture::Distributed => format!("distributed ({})", scene.session.coordination),
     };
     let delay = match (scene.link.play_out, scene.link.delay_periods) {
         (PlayOut::OnArrival, _) => "samples used on arrival".to_owned(),
