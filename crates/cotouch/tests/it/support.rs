@@ -201,7 +201,7 @@ fn visit_in_flight(
     for (_, bytes) in session.link_mut(from, host).in_flight_mut() {
         let Ok((header, time, mut packet)) = decode_state(bytes) else { continue };
         if packet.step == sampled {
-            cotouch_host::coordinates::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
+            cotouch_host::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
                 found = true;
                 act(place);
             });

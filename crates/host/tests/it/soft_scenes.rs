@@ -1,7 +1,7 @@
 //! Every built-in scene with a soft object, through a host's ticks: all fingers press, and come off.
 
 use crate::common::Rig;
-use cotouch_host::soft::SlowInput;
+use cotouch_host::SlowInput;
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
