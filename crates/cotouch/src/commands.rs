@@ -1,5 +1,6 @@
 //! What each command does, a file a command.
 
+mod address;
 mod analyze;
 mod local_model;
 mod map;
@@ -13,8 +14,6 @@ mod run;
 mod scene;
 mod soft;
 mod transparency;
-
-use std::net::{SocketAddr, ToSocketAddrs as _};
 
 use crate::arguments::{Command, Invocation, LocalModel};
 use crate::failure::{Failure, Verdict};
@@ -82,16 +81,4 @@ pub(crate) fn log_to_stderr() {
         .without_time()
         .with_target(false)
         .init();
-}
-
-/// The address that `text` (HOST:PORT) stands for.
-fn resolve(text: &str) -> Result<SocketAddr, Failure> {
-    let reason = match text.to_socket_addrs().map(|mut addresses| addresses.next()) {
-        Ok(Some(address)) => return Ok(address),
-        Ok(None) => "it stands for no address".to_owned(),
-        Err(error) => error.to_string(),
-    };
-    Err(Failure::usage(format!(
-        "{text:?} is not an address ({reason}); it must be HOST:PORT, such as 127.0.0.1:7800"
-    )))
 }

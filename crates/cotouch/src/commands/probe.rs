@@ -7,6 +7,7 @@ use cotouch_net::probe::{ProbeReport, Sweep};
 use cotouch_scene::time::Rate;
 use serde_json::{Value, json};
 
+use super::address::resolve;
 use crate::arguments::Probe;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
@@ -36,7 +37,7 @@ pub(super) fn serve(listen: SocketAddr, output: &Output) -> Result<Verdict, Fail
 /// Measures the link to `probe.server`.
 pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
-    let server = super::resolve(&probe.server)?;
+    let server = resolve(&probe.server)?;
     let mut prober = Prober::connect(server)?;
     let progress = Progress::new(&format!("probing {server}"));
     let share = if probe.sweep { SWEEP_SHARE } else { 1.0 };

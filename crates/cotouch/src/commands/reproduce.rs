@@ -19,7 +19,9 @@ const DEFAULT_FOLDER: &str = "reproduced";
 struct Item {
     id: &'static str,
     title: &'static str,
+    /// The name under which scripts know `published_value`.
     seed_value: Json,
+    published_value: Json,
     value: Json,
     agrees: bool,
     note: String,
@@ -83,9 +85,22 @@ fn write_item(experiment: &Experiment, outcome: Outcome, folder: &Path) -> anyho
             files.push(folder.join(&name).display().to_string());
         }
     }
-    let Outcome { seed_value, value, agrees, note, claims, rows, commands, figure, .. } = outcome;
+    let Outcome { published_value, value, agrees, note, claims, rows, commands, figure, .. } = outcome;
     let (id, title) = (experiment.id, experiment.title);
-    Ok(Item { id, title, seed_value, value, agrees, note, claims, files, rows, commands, figure })
+    Ok(Item {
+        id,
+        title,
+        seed_value: published_value.clone(),
+        published_value,
+        value,
+        agrees,
+        note,
+        claims,
+        files,
+        rows,
+        commands,
+        figure,
+    })
 }
 
 fn text(items: &[Item], index: &str) -> String {

@@ -12,7 +12,8 @@ use cotouch_scene::scene::Impairment;
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
 
-use super::{prediction, report, resolve};
+use super::address::resolve;
+use super::{prediction, report};
 use crate::arguments::{Host, Recording, Run};
 use crate::failure::{Failure, Verdict};
 use crate::figure;

@@ -2,8 +2,8 @@
 
 use serde_json::json;
 
+use super::outcome::{Claim, Experiment, Outcome, csv};
 use super::runs::{self, Run, curve, rms};
-use super::{Claim, Experiment, Outcome, csv};
 use crate::figure::chart::{Panel, Series, chart};
 
 pub(super) const FIGURE_8_1: Experiment = Experiment {
@@ -62,7 +62,7 @@ fn run() -> anyhow::Result<Outcome> {
     }
     let agrees = claims.iter().all(|claim| claim.holds);
     Ok(Outcome {
-        seed_value: json!({
+        published_value: json!({
             "distributed, 800 N/m": "stable",
             "centralized, remote at 800 N/m": "unstable",
             "centralized, remote at 170 N/m": "stable",

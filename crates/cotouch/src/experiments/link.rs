@@ -9,7 +9,7 @@ use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::{LocalTime, Rate};
 use serde_json::{Value as Json, json};
 
-use super::{Claim, Experiment, Outcome};
+use super::outcome::{Claim, Experiment, Outcome};
 use crate::probe_socket;
 use crate::progress::Stop;
 
@@ -57,7 +57,7 @@ fn run() -> anyhow::Result<Outcome> {
         row("packet rate", "1/128 s".to_owned(), &|report| format!("{:.0} Hz", report.sent_rate_hz)),
     ];
     Ok(Outcome {
-        seed_value: json!({
+        published_value: json!({
             "round_trip_ms": SEED_ROUND_TRIP_MS,
             "rms_jitter_ms": SEED_RMS_JITTER_MS,
             "lost": SEED_LOST,

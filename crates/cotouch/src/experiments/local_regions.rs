@@ -5,8 +5,7 @@ use cotouch_analysis::local_model::region::Region as StableGains;
 use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
 use serde_json::{Value as Json, json};
 
-use super::local_steps::row;
-use super::{Claim, Experiment, Outcome, csv};
+use super::outcome::{Claim, Experiment, Outcome, csv, row};
 use crate::figure::chart::{Panel, Region, Series, chart};
 use crate::figure::oblique::{Volume, volumes};
 
@@ -128,7 +127,7 @@ fn equation_9() -> anyhow::Result<Outcome> {
     let header =
         ["kh_over_ko", "int_over_ko", "radius_first", "radius_mean", "radius_last"].map(str::to_owned);
     Ok(Outcome {
-        seed_value: json!("|INT − K_h| < K_o, INT > 0, INT > 2·(K_h − K_o)"),
+        published_value: json!("|INT − K_h| < K_o, INT > 0, INT > 2·(K_h − K_o)"),
         value: Json::Object(value),
         agrees: same(first),
         note: format!(
@@ -228,7 +227,7 @@ fn figure_10() -> anyhow::Result<Outcome> {
     ));
     rows.push(row("the same gains, mean force", "stable", format!("spectral radius {mean:.4}")));
     Ok(Outcome {
-        seed_value: json!("the area of (9), with corners (0, 0), (K_o, 0), (3·K_o, 4·K_o), (0, K_o)"),
+        published_value: json!("the area of (9), with corners (0, 0), (K_o, 0), (3·K_o, 4·K_o), (0, K_o)"),
         value: Json::Object(value),
         agrees,
         note: "The printed area is exact where the first force of a period is returned. The algorithm of §4 returns a \
@@ -292,7 +291,7 @@ fn figure_11() -> anyhow::Result<Outcome> {
         }
     }
     Ok(Outcome {
-        seed_value: json!("slices of the same shape that grow with K_o"),
+        published_value: json!("slices of the same shape that grow with K_o"),
         value: json!({ "ko": stiffnesses, "area": areas, "volume_over_ko_cubed": volume_below }),
         agrees: scales && same_transient,
         note: "Any unit of stiffness: slices scale with K_o, their area with K_o², the volume up to K_o with K_o³. The \

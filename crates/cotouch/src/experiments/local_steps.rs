@@ -7,7 +7,7 @@ use cotouch_analysis::local_model::with_hand::{Hand, hand_spectral_radius};
 use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
 use serde_json::json;
 
-use super::{Claim, Experiment, Outcome, csv};
+use super::outcome::{Claim, Experiment, Outcome, csv, row};
 use crate::figure::chart::{Panel, Series, chart};
 use crate::figure::steps::{curve, panels};
 
@@ -95,7 +95,7 @@ fn figure_7() -> anyhow::Result<Outcome> {
     ];
     let headline = "Figure 7: K_o = 0.9 N/mm, K_h = 0.1 N/mm, the hand steps 10 cm";
     Ok(Outcome {
-        seed_value: json!({ "surface_m": 0.01, "settling_s": "virtually null" }),
+        published_value: json!({ "surface_m": 0.01, "settling_s": "virtually null" }),
         value: json!({
             "surface_m": settling.steady_state_m,
             "settling_s": { "5%": settling.to_5_percent_s, "2%": settling.to_2_percent_s },
@@ -135,7 +135,7 @@ fn figure_8() -> anyhow::Result<Outcome> {
     let share = |share: f64| 1.0 - share;
     let headline = "Figure 8: K_o = 0.2 N/mm, K_h = 0.19 N/mm, the hand steps 25 mm";
     Ok(Outcome {
-        seed_value: json!({ "settling_s": 2.0, "distance_m": 0.025, "surface_m": 0.012 }),
+        published_value: json!({ "settling_s": 2.0, "distance_m": 0.025, "surface_m": 0.012 }),
         value: json!({
             "settling_s": { "5%": settling.to_5_percent_s, "2%": settling.to_2_percent_s },
             "within_after_2_s": left,
@@ -211,7 +211,7 @@ fn figure_9() -> anyhow::Result<Outcome> {
     one_sided.series[2] = Series::solid("surface", 0, curve(&one, &cycles, |sample| 1e3 * sample.surface_m));
     let headline = "Figure 9: K_o = 0.2 N/mm, K_h = 0.22 N/mm, the hand steps 25 mm";
     Ok(Outcome {
-        seed_value: json!("unstable by (4)"),
+        published_value: json!("unstable by (4)"),
         value: json!({
             "spectral_radius": radius,
             "one_sided_cycle_hz": rising,
@@ -301,7 +301,7 @@ fn equation_4() -> anyhow::Result<Outcome> {
         .filter(|(hold, _)| *hold == SurfaceHold::Zero)
         .all(|(_, limit)| (limit - 1.0).abs() < 1e-9);
     Ok(Outcome {
-        seed_value: json!("K_h < K_o"),
+        published_value: json!("K_h < K_o"),
         value: json!({
             "largest_kh_over_ko": {
                 "zero_hold": { "first": limits[0].1, "mean": limits[1].1, "last": limits[2].1 },
@@ -389,7 +389,7 @@ fn equation_5() -> anyhow::Result<Outcome> {
         ..Panel::default()
     };
     Ok(Outcome {
-        seed_value: json!("x_o = K_h/(K_h + K_o)·x_h"),
+        published_value: json!("x_o = K_h/(K_h + K_o)·x_h"),
         value: json!({ "largest_difference": error, "largest_difference_with_integral": integral_error }),
         agrees: error < 1e-9,
         note: "The loop is simulated tick by tick for 30 s at 19 values of K_h/K_o from 0.05 to 0.95; differences are \
@@ -411,10 +411,6 @@ fn equation_5() -> anyhow::Result<Outcome> {
             "cotouch local-model step --kh 100 --int 60 --ko 200 --input 0.01".to_owned(),
         ],
     })
-}
-
-pub(super) fn row(name: &str, printed: &str, here: String) -> [String; 3] {
-    [name.to_owned(), printed.to_owned(), here]
 }
 
 fn percent(share: Option<f64>) -> String {

@@ -2,8 +2,8 @@
 
 use serde_json::json;
 
+use super::outcome::{Claim, Experiment, Outcome, csv};
 use super::runs::{Run, curve, load};
-use super::{Claim, Experiment, Outcome, csv};
 use crate::figure::chart::{Panel, Series, chart};
 
 pub(super) const FIGURE_8_4: Experiment =
@@ -69,7 +69,7 @@ fn run() -> anyhow::Result<Outcome> {
         [(*name).to_owned(), "curve".to_owned(), here]
     });
     Ok(Outcome {
-        seed_value: json!("distributed and local far smaller than remote"),
+        published_value: json!("distributed and local far smaller than remote"),
         value: json!({
             "distributed_penetration_m": distributed.penetration_m,
             "local_penetration_m": local.penetration_m,

@@ -7,8 +7,8 @@ use cotouch_analysis::sweep::Sweep;
 use cotouch_scene::scene::Architecture;
 use serde_json::json;
 
+use super::outcome::{Claim, Experiment, Outcome};
 use super::runs::load;
-use super::{Claim, Experiment, Outcome};
 use crate::figure::chart::{Panel, Series, chart};
 use crate::figure::map::{boundary, frame, region};
 
@@ -130,7 +130,7 @@ impl Figure {
     ) -> anyhow::Result<Outcome> {
         let areas = DELAYS.map(|delay| far.area(delay));
         Ok(Outcome {
-            seed_value: json!("a region for each n = 0, 1, 2, 3, smaller as n grows"),
+            published_value: json!("a region for each n = 0, 1, 2, 3, smaller as n grows"),
             value: json!({ "delay_periods": DELAYS, "stable_area_n2_per_m2": areas }),
             agrees,
             note: format!("{note} The thesis prints no numbers, and the scan has no picture."),

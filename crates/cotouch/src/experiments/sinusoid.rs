@@ -2,8 +2,8 @@
 
 use serde_json::json;
 
+use super::outcome::{Claim, Experiment, Outcome, csv};
 use super::runs::{Run, rms};
-use super::{Claim, Experiment, Outcome, csv};
 use crate::figure::chart::{Panel, Series, chart};
 
 pub(super) const FIGURE_8_3: Experiment = Experiment {
@@ -147,7 +147,7 @@ fn run() -> anyhow::Result<Outcome> {
         })
     };
     Ok(Outcome {
-        seed_value: json!({ "compensation_n_s_per_m": SEED_DAMPING, "rotational_n_m_s_per_rad": SEED_ROTATIONAL_DAMPING }),
+        published_value: json!({ "compensation_n_s_per_m": SEED_DAMPING, "rotational_n_m_s_per_rad": SEED_ROTATIONAL_DAMPING }),
         value: json!({
             "centralized": value(&centralized),
             "distributed": value(&uncompensated),

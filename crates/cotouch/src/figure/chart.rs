@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{Area, GRID, INK, QUIET, colour, text, undrawable};
+use super::canvas::{Area, GRID, INK, QUIET, colour, text, undrawable};
 
 /// Everything is put on whole units, so there are this many to a pixel: slanted lines would have steps otherwise.
 const FINE: u32 = 4;

@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 
-use super::{Area, GRID, INK, QUIET, colour, text, undrawable};
+use super::canvas::{Area, GRID, INK, QUIET, colour, text, undrawable};
 
 const PANEL_WIDTH: u32 = 560;
 const PANEL_HEIGHT: u32 = 460;

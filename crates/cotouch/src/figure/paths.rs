@@ -5,7 +5,7 @@ use cotouch_scene::scene::{Body, Scene, Shape, ShapeKind, WallPlane};
 use glam::DVec3;
 use plotters::prelude::*;
 
-use super::{Area, GRID, INK, QUIET, WIDTH, colour, text, undrawable};
+use super::canvas::{Area, GRID, INK, QUIET, WIDTH, colour, text, undrawable};
 use crate::trace::Trace;
 
 pub(super) const HEIGHT: u32 = 520;

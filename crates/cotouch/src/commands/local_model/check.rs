@@ -8,7 +8,7 @@ use cotouch_analysis::local_model::with_hand::{Hand, hand_spectral_radius};
 use cotouch_analysis::local_model::{LocalModel, LocalModelError, SlowLoop};
 use serde::Serialize;
 
-use super::{gain, how_it_is_closed, radius};
+use super::words::{gain, how_it_is_closed, radius};
 use crate::arguments::LocalModelCheck;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;

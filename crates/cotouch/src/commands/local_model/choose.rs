@@ -7,7 +7,7 @@ use cotouch_analysis::local_model::choose::{Choice, choose as choose_gains};
 use cotouch_analysis::local_model::contacts::Compliances;
 use serde::Serialize;
 
-use super::{gain, how_it_is_closed, radius};
+use super::words::{gain, how_it_is_closed, radius};
 use crate::arguments::LocalModelChoose;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;

@@ -7,7 +7,7 @@ use cotouch_analysis::local_model::{LocalModel, SlowLoop};
 use cotouch_scene::time::Rate;
 use serde::Serialize;
 
-use super::{gain, how_it_is_closed, radius};
+use super::words::{gain, how_it_is_closed, radius};
 use crate::arguments::LocalModelStep;
 use crate::experiments::csv;
 use crate::failure::{Failure, Verdict};

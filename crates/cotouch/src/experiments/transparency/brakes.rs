@@ -4,8 +4,8 @@ use cotouch_analysis::transparency::{AddedDamping, added_damping, closed_forms};
 use cotouch_scene::names::HostIndex;
 use serde_json::json;
 
-use super::{CENTRALIZED, DISTRIBUTED, table_6_1};
-use crate::experiments::{Claim, Experiment, Outcome};
+use super::case::{CENTRALIZED, DISTRIBUTED, table_6_1};
+use crate::experiments::outcome::{Claim, Experiment, Outcome};
 
 pub(in crate::experiments) const TABLE_6_2: Experiment = Experiment {
     id: "table6.2",
@@ -92,7 +92,7 @@ fn table_6_2() -> anyhow::Result<Outcome> {
         })
     };
     Ok(Outcome {
-        seed_value: values(|cell| cell.1),
+        published_value: values(|cell| cell.1),
         value: values(|cell| cell.2),
         agrees: cells.iter().all(same),
         note: format!(
@@ -132,7 +132,7 @@ fn equation_6_3() -> anyhow::Result<Outcome> {
         ),
     ];
     Ok(Outcome {
-        seed_value: json!({ "damping_n_s_per_m": printed }),
+        published_value: json!({ "damping_n_s_per_m": printed }),
         value: json!({
             "damping_n_s_per_m": exact,
             "at_half_the_rates": at_half_rate,
@@ -163,7 +163,7 @@ fn equation_b_10() -> anyhow::Result<Outcome> {
     let local = original(CENTRALIZED, &AT_N_2, LOCAL)?;
     let agrees = (printed / exact - 1.0).abs() < EXACT;
     Ok(Outcome {
-        seed_value: json!({ "damping_n_s_per_m": printed }),
+        published_value: json!({ "damping_n_s_per_m": printed }),
         value: json!({ "damping_n_s_per_m": exact, "at_N_8": at_n_8, "local_user": local }),
         agrees,
         note: "Table 6.1 with N = 2, n = 0, the remote user; the local one feels no damping. The value is Table 6.2's 0.04."
@@ -202,7 +202,7 @@ fn equation_b_11() -> anyhow::Result<Outcome> {
     let exact_undamped_older = original(DISTRIBUTED, &undamped_older, LOCAL)?;
     let same = |one: f64, other: f64| (one / other - 1.0).abs() < 1e-8;
     Ok(Outcome {
-        seed_value: json!({ "damping_n_s_per_m": printed, "without_dampers_n_s_per_m": printed_undamped }),
+        published_value: json!({ "damping_n_s_per_m": printed, "without_dampers_n_s_per_m": printed_undamped }),
         value: json!({
             "damping_n_s_per_m": exact,
             "one_tick_later_n_s_per_m": exact_older,

@@ -5,8 +5,8 @@ use cotouch_analysis::transparency::{closed_forms, equivalent_stiffness};
 use cotouch_scene::Scene;
 use serde_json::json;
 
-use super::{CENTRALIZED, Case, DISTRIBUTED, table, table_6_1};
-use crate::experiments::{Claim, Experiment, Outcome};
+use super::case::{CENTRALIZED, Case, DISTRIBUTED, table, table_6_1};
+use crate::experiments::outcome::{Claim, Experiment, Outcome};
 use crate::figure::chart::{Panel, Scale, chart};
 
 pub(in crate::experiments) const FIGURE_6_5: Experiment = Experiment {
@@ -57,7 +57,7 @@ fn figure_6_5() -> anyhow::Result<Outcome> {
         ["ideal".to_owned(), "close to 1/k_w = 3.3333e-5 m/N".to_owned(), of_ideal],
     ];
     Ok(Outcome {
-        seed_value: json!({ "remote_m_per_n": k_2.recip(), "distributed_m_per_n": k_11.recip(), "ideal_m_per_n": 1.0 / 30_000.0 }),
+        published_value: json!({ "remote_m_per_n": k_2.recip(), "distributed_m_per_n": k_11.recip(), "ideal_m_per_n": 1.0 / 30_000.0 }),
         value: json!({
             "remote_m_per_n": remote.at_rest(),
             "distributed_m_per_n": distributed.at_rest(),
@@ -149,7 +149,7 @@ fn equation_6_4() -> anyhow::Result<Outcome> {
     let printed: Vec<_> =
         checked.iter().map(|one| json!({ "case": one.name, "n_per_m": one.printed })).collect();
     Ok(Outcome {
-        seed_value: json!(printed),
+        published_value: json!(printed),
         value: json!(exact),
         agrees: checked.iter().all(Checked::agrees),
         note: "The distributed form is misprinted: its terms in k_o² do not belong. Hooke and Newton give 1/k_eq = (k_11·k_21 \

@@ -5,8 +5,8 @@ use cotouch_analysis::transparency::added_damping;
 use cotouch_scene::names::HostIndex;
 use serde_json::{Value as Json, json};
 
-use super::{CENTRALIZED, Case, DISTRIBUTED, table, table_6_1};
-use crate::experiments::{Claim, Experiment, Outcome};
+use super::case::{CENTRALIZED, Case, DISTRIBUTED, table, table_6_1};
+use crate::experiments::outcome::{Claim, Experiment, Outcome};
 use crate::figure::chart::{Panel, Scale, Series, chart};
 
 pub(in crate::experiments) const FIGURE_6_2: Experiment =
@@ -72,7 +72,7 @@ fn figure_6_2() -> anyhow::Result<Outcome> {
         })
     };
     Ok(Outcome {
-        seed_value: json!("curves; local closest to the mass, remote farthest at high frequencies"),
+        published_value: json!("curves; local closest to the mass, remote farthest at high frequencies"),
         value: json!({
             "local": value(&local), "remote": value(&remote), "distributed": value(&distributed),
             "ideal_mass_kg": local.felt.ideal.mass_kg,
@@ -171,7 +171,7 @@ fn figure_6_4() -> anyhow::Result<Outcome> {
         ),
     ];
     Ok(Outcome {
-        seed_value: json!({ "compensation_n_s_per_m": -3.0, "n": 1, "after": "close to the mass for a wide range" }),
+        published_value: json!({ "compensation_n_s_per_m": -3.0, "n": 1, "after": "close to the mass for a wide range" }),
         value: json!({
             "simplified_damping_n_s_per_m": plain.simplified,
             "before": plain.to_json(&before),
