@@ -8,6 +8,7 @@ use cotouch_host::state::HostState;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 
 struct Hand2Hand {
     models: Vec<HostModel>,
@@ -17,8 +18,7 @@ struct Hand2Hand {
 }
 
 fn scene(overrides: &[&str]) -> Scene {
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load("single-axis", &overrides).unwrap()
+    built_in("single-axis", overrides)
 }
 
 impl Hand2Hand {

@@ -4,6 +4,7 @@ mod changes;
 mod common;
 mod contact_runs;
 mod export;
+mod fuzz_seeds;
 mod hands;
 mod live;
 mod no_allocation;
