@@ -51,16 +51,16 @@ fn bench(criterion: &mut Criterion, name: &str, scene: &Scene, readings: &[Readi
     let mut state = HostState::new(host);
     host.sources().for_each(|peer| state.set_present(peer, true));
     let start = state.clone();
-    let peers: Vec<_> = models.iter().map(HostState::new).collect();
+    let mut peers: Vec<_> = models.iter().map(HostState::new).collect();
     let mut tick = 0;
     criterion.bench_function(&format!("host instant: {name}"), |bencher| {
         let mut output = TickOutput::default();
         bencher.iter(|| {
             if let Some(step) = host.step_due(&state, tick) {
-                black_box(host.sample(&state, step, &readings[0]));
+                black_box(host.sample(&mut state, step, &readings[0]));
                 for from in host.sources() {
                     let peer = from.index();
-                    if let Some(packet) = models[peer].sample(&peers[peer], step, &readings[peer]) {
+                    if let Some(packet) = models[peer].sample(&mut peers[peer], step, &readings[peer]) {
                         host.receive(&mut state, from, &packet);
                     }
                 }

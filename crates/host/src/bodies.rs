@@ -1,20 +1,90 @@
-//! What acts on a body by itself: gravity, damping, ground, and, on a body without a surface, the wall.
+//! The bodies of a host's world, and what acts on each by itself: gravity, damping, ground, and, on a body without a
+//! surface, the wall.
 
+use arrayvec::ArrayVec;
 use cotouch_scene::geometry::Wrench;
+use cotouch_scene::limits::MAX_BODIES;
 use cotouch_scene::scene::{Body, Scene, Space, Wall};
-use cotouch_world::ground::GroundFriction;
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
 use cotouch_world::wall::Plane;
+use cotouch_world::{
+    BodyState, ContactForce, ContactModel, ContactState, Freedom, GroundFriction, Inertia, Sphere, Stepper,
+    Surface, touch,
+};
 use glam::DVec3;
+
+use crate::output::TickOutput;
+
+/// A body beyond this distance (m) or speed (m/s) has left the world.
+const WORLD_BOUND: f64 = 1e3;
+
+/// All bodies of the world, in the scene's order.
+#[derive(Clone, Debug)]
+pub(crate) struct Bodies {
+    models: Vec<BodyModel>,
+    /// Bodies that are not fixed, by their index.
+    moving: Vec<usize>,
+}
+
+impl Bodies {
+    pub(crate) fn new(scene: &Scene) -> Self {
+        let models: Vec<BodyModel> =
+            scene.world_bodies().iter().take(MAX_BODIES).map(|body| BodyModel::new(scene, body)).collect();
+        let moving = (0..models.len()).filter(|&body| !models[body].fixed).collect();
+        Self { models, moving }
+    }
+
+    pub(crate) fn models(&self) -> &[BodyModel] {
+        &self.models
+    }
+
+    /// Bodies that are not fixed, by their index.
+    pub(crate) fn moving(&self) -> &[usize] {
+        &self.moving
+    }
+
+    /// Whether any has a surface.
+    pub(crate) fn have_surfaces(&self) -> bool {
+        self.models.iter().any(|body| body.surface.exists())
+    }
+
+    /// All at rest where the scene puts them.
+    pub(crate) fn start(&self) -> Vec<BodyState> {
+        self.models.iter().map(|body| body.start).collect()
+    }
+
+    /// What acts on each body that moves by itself, into `output`.
+    pub(crate) fn act(&self, states: &[BodyState], output: &mut TickOutput) {
+        for &index in &self.moving {
+            let (model, body) = (&self.models[index], &states[index]);
+            let own = model.own_wrench(body);
+            output.wrenches[index].force += own.force;
+            output.wrenches[index].torque += own.torque;
+            output.touches_wall |= model.touches_wall(body);
+        }
+    }
+
+    /// One period under the wrenches, held. Whether all bodies are still in the world; if not, none has moved.
+    pub(crate) fn step(&self, states: &mut [BodyState], wrenches: &[Wrench]) -> bool {
+        let mut before = ArrayVec::<BodyState, MAX_BODIES>::new();
+        before.extend(states.iter().copied());
+        for &index in &self.moving {
+            self.models[index].step(&mut states[index], &wrenches[index]);
+        }
+        let is_sound = self.moving.iter().all(|&index| states[index].is_within(WORLD_BOUND));
+        if !is_sound {
+            states.copy_from_slice(&before);
+        }
+        is_sound
+    }
+}
 
 /// The constants of one body.
 #[derive(Clone, Debug)]
 pub(crate) struct BodyModel {
     pub(crate) start: BodyState,
-    pub(crate) fixed: bool,
+    fixed: bool,
     pub(crate) surface: Surface,
-    pub(crate) inverse_mass_per_kg: f64,
+    inverse_mass_per_kg: f64,
     stepper: Stepper,
     ground: GroundFriction,
     weight_n: DVec3,
@@ -25,7 +95,7 @@ pub(crate) struct BodyModel {
 }
 
 impl BodyModel {
-    pub(crate) fn new(scene: &Scene, body: &Body) -> Self {
+    fn new(scene: &Scene, body: &Body) -> Self {
         let surface = if scene.space == Space::Plane {
             Surface::planar(&body.shape)
         } else {
@@ -48,8 +118,23 @@ impl BodyModel {
         }
     }
 
+    pub(crate) fn is_fixed(&self) -> bool {
+        self.fixed
+    }
+
+    /// The contact of a sphere with this body's surface, one tick on.
+    pub(crate) fn touch(
+        &self,
+        contact: &ContactModel,
+        state: &mut ContactState,
+        body: &BodyState,
+        sphere: &Sphere,
+    ) -> Option<ContactForce> {
+        touch(contact, state, &self.surface, (&body.pose, &body.twist), sphere, self.inverse_mass_per_kg)
+    }
+
     /// What concerns the body alone: compensation, gravity, and the wall of a body without a surface.
-    pub(crate) fn own_wrench(&self, body: &BodyState) -> Wrench {
+    fn own_wrench(&self, body: &BodyState) -> Wrench {
         let (position, velocity) = body.point();
         let mut force = -self.damping_n_s_per_m * velocity;
         for (wall, axis) in &self.walls {
@@ -62,14 +147,14 @@ impl BodyModel {
     }
 
     /// Whether a body without a surface touches a wall.
-    pub(crate) fn touches_wall(&self, body: &BodyState) -> bool {
+    fn touches_wall(&self, body: &BodyState) -> bool {
         let touches =
             |(wall, axis): &(Wall, DVec3)| cotouch_world::wall::touches(wall, *axis, body.pose.position);
         self.walls.iter().any(touches)
     }
 
     /// One period under `wrench`, held, and the friction of the ground.
-    pub(crate) fn step(&self, body: &mut BodyState, wrench: &Wrench) {
+    fn step(&self, body: &mut BodyState, wrench: &Wrench) {
         if !self.ground.exists() {
             return self.stepper.step(body, wrench);
         }

@@ -9,7 +9,7 @@
 //!   every client its `−K₂(h̄_j, o)`, which the client holds.
 //!
 //! On a body without a surface `K(h, o) = K·(h − o)`, a coupler to its centre; on one with a surface it is a contact
-//! ([`cotouch_world::contact`]): coupler and friction where the finger touches, nothing elsewhere. Bodies also meet
+//! ([`cotouch_world::touch`]): coupler and friction where the finger touches, nothing elsewhere. Bodies also meet
 //! walls and each other. A soft body is touched through local models ([`cotouch_world::local`]), own fingers and held
 //! ones, while its simulation runs elsewhere at its own rate ([`soft`]).
 //!
@@ -22,7 +22,7 @@
 //! let host = HostModel::new(&scene, HostIndex::FIRST);
 //! let mut state = HostState::new(&host);
 //! let finger = [Reading::point(DVec3::X * 0.001, DVec3::ZERO)].into_iter().collect();
-//! assert!(host.sample(&state, 0, &finger).is_some());
+//! assert!(host.sample(&mut state, 0, &finger).is_some());
 //! host.play_out(&mut state, 0);
 //! assert_eq!(host.tick(&mut state, 0, &finger).device[0].force.x, -3.0);
 //! # Ok::<(), cotouch_scene::SceneErrors>(())
@@ -30,13 +30,18 @@
 
 mod bodies;
 mod centralized;
+mod contact_table;
 mod contacts;
 pub mod coordinates;
-mod distributed;
-mod forces;
+mod coordination;
+mod couplers;
 pub mod model;
 pub mod output;
-mod packets;
+mod peers;
+mod samples;
+mod slots;
 pub mod soft;
+mod soft_fingers;
 pub mod state;
 pub mod step;
+mod touching;

@@ -1,16 +1,18 @@
-//! The constants of one host, derived from a scene once.
+//! The constants of one host, derived from a scene once: those of its parts.
 
-use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{
-    Architecture, Coordination, PlayOut, RotationalSpringDamper, Scene, Space, SpringDamper,
-};
+use cotouch_scene::scene::{Architecture, Scene};
 use cotouch_scene::time::Schedule;
 use glam::DQuat;
 
-use crate::bodies::BodyModel;
+use crate::bodies::Bodies;
 use crate::contacts::Contacts;
-use crate::soft::SoftContacts;
+use crate::coordination::CopyCoupling;
+use crate::couplers::PointCouplers;
+use crate::peers::Peers;
+use crate::slots::CouplerSlots;
+use crate::soft_fingers::SoftFingers;
 
 /// What a host does in its session.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,67 +36,56 @@ pub struct HostModel {
     pub role: Role,
     /// Which tick does which network step.
     pub schedule: Schedule,
-    /// When a received sample is used.
-    pub play_out: PlayOut,
     /// Fingers of every host's user, 1 to [`MAX_FINGERS`].
     pub fingers: Vec<u8>,
     /// The orientation of every body from which the coordinates [`Rotation`](cotouch_scene::names::Quantity::Rotation)
     /// are counted, in own states and in samples: that of the start, unless something else is set here.
     pub about: Vec<DQuat>,
-    pub(crate) bodies: Vec<BodyModel>,
-    /// Bodies that are not fixed, by their index.
-    pub(crate) moving: Vec<usize>,
-    /// Those of them that have no surface: fingers are coupled to their centres.
-    pub(crate) points: Vec<usize>,
+    pub(crate) peers: Peers,
+    pub(crate) bodies: Bodies,
+    pub(crate) couplers: PointCouplers,
     pub(crate) contacts: Contacts,
+    /// At a distributed peer.
+    pub(crate) copies: Option<CopyCoupling>,
     /// At a host that simulates a soft body.
-    pub(crate) soft: Option<SoftContacts>,
-    /// Whether copies are coupled in how they are turned: where bodies turn, and have surfaces.
-    pub(crate) turns: bool,
-    pub(crate) finger_radius_m: f64,
-    pub(crate) play_out_periods: Vec<u32>,
-    pub(crate) hand_object: SpringDamper,
-    pub(crate) remote_hand_object: SpringDamper,
-    pub(crate) object_object: SpringDamper,
-    pub(crate) object_object_rotational: RotationalSpringDamper,
-    pub(crate) coordination: Coordination,
-    pub(crate) fade_per_tick: f64,
+    pub(crate) soft: Option<SoftFingers>,
 }
 
 impl HostModel {
     /// The constants of `host` in `scene`.
     #[must_use]
     pub fn new(scene: &Scene, host: HostIndex) -> Self {
-        let period_s = scene.rates.control_hz.period_s();
         let role = role(scene.session.architecture, host);
         let fingers = |user: &cotouch_scene::scene::User| user.fingers.len().clamp(1, MAX_FINGERS) as u8;
         let fingers: Vec<u8> = scene.users.iter().map(fingers).collect();
-        let bodies: Vec<BodyModel> =
-            scene.world_bodies().iter().take(MAX_BODIES).map(|body| BodyModel::new(scene, body)).collect();
-        let moving: Vec<usize> = (0..bodies.len()).filter(|&body| !bodies[body].fixed).collect();
+        let slots = CouplerSlots::new(host);
+        let bodies = Bodies::new(scene);
+        let has_world = role != Role::Client;
         Self {
             host,
             users: scene.session.users,
             role,
             schedule: scene.schedule(),
-            play_out: scene.link.play_out,
-            about: bodies.iter().map(|body| body.start.pose.orientation).collect(),
-            contacts: Contacts::new(scene, role, &fingers, &bodies),
-            soft: (scene.soft.exists() && role != Role::Client).then(|| SoftContacts::new(scene)),
-            turns: scene.space != Space::Line && bodies.iter().any(|body| body.surface.exists()),
-            finger_radius_m: scene.hand.finger_radius_m,
-            play_out_periods: scene.hosts().map(|from| scene.play_out_periods(from)).collect(),
-            hand_object: scene.coupling.hand_object,
-            remote_hand_object: scene.coupling.remote_hand_object,
-            object_object: scene.coupling.object_object,
-            object_object_rotational: scene.coupling.object_object_rotational,
-            coordination: scene.session.coordination,
-            fade_per_tick: period_s / scene.session.peer_fade_s.max(period_s),
-            points: moving.iter().copied().filter(|&body| !bodies[body].surface.exists()).collect(),
-            moving,
+            about: bodies.start().iter().map(|body| body.pose.orientation).collect(),
+            peers: Peers::new(scene),
+            couplers: PointCouplers::new(&scene.coupling, slots, &bodies),
+            contacts: Contacts::new(scene, has_world, slots, &fingers, &bodies),
+            copies: (role == Role::Peer).then(|| CopyCoupling::new(scene, host, &bodies)),
+            soft: (scene.soft.exists() && has_world).then(|| SoftFingers::new(scene, host, slots, &fingers)),
             fingers,
             bodies,
         }
+    }
+
+    /// Whether this host simulates a soft body.
+    #[must_use]
+    pub fn has_soft_body(&self) -> bool {
+        self.soft.is_some()
+    }
+
+    /// Fingers of all users that may touch the soft body; none where there is no such body here.
+    pub(crate) fn soft_slots(&self) -> usize {
+        self.soft.as_ref().map_or(0, |soft| soft.contacts.slots())
     }
 
     /// The hosts that this one receives samples from.
@@ -112,13 +103,24 @@ impl HostModel {
     /// Bodies of the world, fixed ones included.
     #[must_use]
     pub fn body_count(&self) -> usize {
-        self.bodies.len()
+        self.bodies.models().len()
     }
 
     /// Whether bodies have surfaces that fingers touch. Where they have none, fingers are coupled to centres.
     #[must_use]
     pub fn has_surfaces(&self) -> bool {
-        self.bodies.iter().any(|body| body.surface.exists())
+        self.bodies.have_surfaces()
+    }
+
+    /// Couplers are numbered below this.
+    #[must_use]
+    pub fn coupler_slots(&self) -> usize {
+        CouplerSlots::count(self.users)
+    }
+
+    /// Vectors that the coordination scheme remembers for each peer.
+    pub(crate) fn memory_per_peer(&self) -> usize {
+        self.copies.as_ref().map_or(0, |copies| copies.memory_per_peer(&self.bodies))
     }
 
     /// The largest encoding of this host's state, bytes, roughly from above.
@@ -127,14 +129,15 @@ impl HostModel {
         const ENTRY: usize = 112;
         const CONTACT: usize = 192;
         const SOFT_CONTACT: usize = 320;
+        const VECTOR: usize = 24;
         let entries =
-            |host: HostIndex| usize::from(self.fingers[host.index()]) + self.bodies.len() + MAX_FINGERS;
-        let samples = |host: HostIndex| self.play_out_periods[host.index()] as usize + 18;
-        let peers: usize =
-            self.sources().map(|host| 256 + samples(host) * (16 + entries(host) * ENTRY)).sum();
+            |host: HostIndex| usize::from(self.fingers[host.index()]) + self.body_count() + MAX_FINGERS;
+        let samples = |host: HostIndex| self.peers.max_samples(host) * (16 + entries(host) * ENTRY);
+        let memory = self.memory_per_peer() * VECTOR;
+        let peers: usize = self.sources().map(|host| 256 + memory + samples(host)).sum();
         4096 + peers
-            + self.bodies.len() * ENTRY
-            + self.contacts.slots() * CONTACT
+            + self.body_count() * ENTRY
+            + self.contacts.len() * CONTACT
             + self.soft_slots() * SOFT_CONTACT
     }
 }

@@ -2,13 +2,12 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Wrench, Wrenches};
-use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_COUPLERS, MAX_FINGERS};
+use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_COUPLERS};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::model::HostModel;
 use crate::soft::SlowInput;
 
 /// What came of one tick.
@@ -32,25 +31,42 @@ pub struct TickOutput {
 }
 
 impl TickOutput {
-    /// No force on anything.
-    pub(crate) fn reset(&mut self, model: &HostModel) {
+    /// No force on so many fingers and bodies.
+    pub(crate) fn reset(&mut self, fingers: usize, bodies: usize) {
         let zeros = |wrenches: usize| std::iter::repeat_n(Wrench::default(), wrenches);
         self.device.clear();
-        self.device.extend(zeros(model.own_fingers()));
+        self.device.extend(zeros(fingers));
         self.wrenches.clear();
-        self.wrenches.extend(zeros(model.body_count()));
+        self.wrenches.extend(zeros(bodies));
         self.couplers.clear();
         self.contacts.clear();
         self.slow = None;
         self.touches_wall = false;
         self.diverged = false;
     }
+
+    /// Lists a coupler; what finds no place in the list counts all the same.
+    pub(crate) fn list_coupler(&mut self, coupler: CouplerOutput) {
+        let _ = self.couplers.try_push(coupler);
+    }
+
+    /// Lists a contact; what finds no place in the list counts all the same.
+    pub(crate) fn list_contact(&mut self, contact: ContactRecord) {
+        let _ = self.contacts.try_push(contact);
+    }
+
+    /// Adds a force (N) at `point` (m) to what acts on a body about its centre of mass at `position` (m).
+    pub(crate) fn push(&mut self, body: usize, position: DVec3, force: DVec3, point: DVec3) {
+        let wrench = &mut self.wrenches[body];
+        wrench.force += force;
+        wrench.torque += (point - position).cross(force);
+    }
 }
 
 /// One evaluated coupler.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CouplerOutput {
-    /// Which coupler, below [`HostModel::coupler_slots`].
+    /// Which coupler, below [`HostModel::coupler_slots`](crate::HostModel::coupler_slots).
     pub slot: u16,
     /// Whether its far end is a held sample.
     pub held: bool,
@@ -67,7 +83,7 @@ pub struct ContactRecord {
     pub point: ContactPoint,
     /// What is touched.
     pub surface: ContactSurface,
-    /// How.
+    /// Whether it is pushed to a stop, sticks or slides.
     pub phase: Phase,
     /// The force on what touches, world frame, N; faded.
     pub force: DVec3,
@@ -80,16 +96,16 @@ pub struct ContactRecord {
 pub enum ContactPoint {
     /// A finger, of the own user or as last heard of.
     Finger {
-        /// Whose.
+        /// The host of the user that it belongs to.
         host: HostIndex,
-        /// Which, from 0.
+        /// Its place among that user's fingers, from 0.
         finger: u8,
     },
     /// A sphere in the corner of a body.
     Corner {
-        /// Which body, from 0.
+        /// The body's place in the scene's order, from 0.
         body: u8,
-        /// Which corner, from 0.
+        /// The corner's place in the body's list, from 0.
         corner: u8,
     },
 }
@@ -103,37 +119,4 @@ pub enum ContactSurface {
     Wall(u8),
     /// The soft body.
     Soft,
-}
-
-/// Room for `fingers × bodies`, with a number to each pair.
-const PAIRS: u16 = (MAX_FINGERS * MAX_BODIES) as u16;
-/// Couplers to one peer: to its fingers, to its copies, and to their turns.
-const OF_PEER: u16 = PAIRS + 2 * MAX_BODIES as u16;
-
-impl HostModel {
-    /// Couplers are numbered below this.
-    #[must_use]
-    pub fn coupler_slots(&self) -> usize {
-        usize::from(PAIRS) + usize::from(self.users) * usize::from(OF_PEER)
-    }
-
-    /// The coupler between a finger and a body.
-    pub(crate) fn finger_slot(&self, host: HostIndex, finger: usize, body: usize) -> u16 {
-        let pair = (finger * MAX_BODIES + body) as u16;
-        if host == self.host { pair } else { peer_slot(host.index()) + pair }
-    }
-}
-
-/// The coupler to a peer's copy of a body.
-pub(crate) fn copy_slot(peer: usize, body: usize) -> u16 {
-    peer_slot(peer) + PAIRS + body as u16
-}
-
-/// The coupler to how a peer's copy of a body is turned.
-pub(crate) fn turn_slot(peer: usize, body: usize) -> u16 {
-    copy_slot(peer, body) + MAX_BODIES as u16
-}
-
-fn peer_slot(peer: usize) -> u16 {
-    PAIRS + peer as u16 * OF_PEER
 }

@@ -1,12 +1,14 @@
 //! Everything about one host that changes: a plain value that can be copied, compared, saved and restored.
 
-use cotouch_net::play_out::PlayOutBuffer;
+use arrayvec::ArrayVec;
+use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::ContactState;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::{BodyState, ContactState};
 use serde::{Deserialize, Serialize};
 
+use crate::contacts::ContactStates;
 use crate::model::HostModel;
+use crate::peers::PeerState;
 use crate::soft::SoftHostState;
 
 /// A host's state between two ticks.
@@ -18,10 +20,8 @@ pub struct HostState {
     pub last_step: Option<u64>,
     /// This host's copy of every body, in the scene's order; at a client, the server's bodies as last heard of.
     pub bodies: Vec<BodyState>,
-    /// One entry a contact that there can be at this host, in an order that the model keeps; none at a client.
-    pub contacts: Vec<ContactState>,
-    /// Which groups of corners are near the surface that they may touch.
-    pub near: Vec<bool>,
+    /// Every contact with a surface that there can be at this host.
+    pub contacts: ContactStates,
     /// What there is of a soft body; empty where there is none, and at a client.
     pub soft: SoftHostState,
     /// One entry a host; the own entry stays empty.
@@ -32,37 +32,17 @@ pub struct HostState {
     pub diverged: bool,
 }
 
-/// What a host knows of one peer.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PeerState {
-    /// Whether the peer takes part.
-    pub present: bool,
-    /// How far its coupling has faded in, 0 to 1.
-    pub fade: f64,
-    /// Set from when it went until its coupling has faded out: a return waits for that, so that nothing jumps.
-    pub going: bool,
-    /// Its samples: the one in use and those that wait.
-    pub samples: PlayOutBuffer,
-}
-
 impl HostState {
     /// The state before the first tick: everything at rest where the scene puts it, every peer absent.
     #[must_use]
     pub fn new(model: &HostModel) -> Self {
-        let peer = |from: HostIndex| PeerState {
-            present: false,
-            fade: 0.0,
-            going: false,
-            samples: PlayOutBuffer::new(model.play_out, model.play_out_periods[from.index()]),
-        };
         Self {
             ticks_done: 0,
             last_step: None,
-            bodies: model.bodies.iter().map(|body| body.start).collect(),
-            contacts: vec![ContactState::default(); model.contacts.slots()],
-            near: vec![false; model.contacts.groups()],
+            bodies: model.bodies.start(),
+            contacts: model.contacts.start(),
             soft: SoftHostState::new(model.soft_slots()),
-            peers: HostIndex::all(model.users).map(peer).collect(),
+            peers: model.peers.start(model.memory_per_peer()),
             adopting: false,
             diverged: false,
         }
@@ -71,11 +51,36 @@ impl HostState {
     /// Whether this is a state of `model`: one that was read may be of another scene.
     #[must_use]
     pub fn fits(&self, model: &HostModel) -> bool {
-        self.bodies.len() == model.bodies.len()
-            && self.contacts.len() == model.contacts.slots()
-            && self.near.len() == model.contacts.groups()
+        self.bodies.len() == model.body_count()
+            && model.contacts.fit(&self.contacts)
             && self.soft.contacts.len() == model.soft_slots()
             && self.soft.returned_n.len() == model.soft_slots()
             && self.peers.len() == usize::from(model.users)
+            && self.peers.iter().all(|peer| peer.memory.len() == model.memory_per_peer())
+    }
+
+    /// Takes note that a peer is there, or is not any more; its coupling fades.
+    pub fn set_present(&mut self, peer: HostIndex, present: bool) {
+        if let Some(peer) = self.peers.get_mut(peer.index()) {
+            peer.set_present(present);
+        }
+    }
+
+    /// The network step of the sample in use from each host.
+    #[must_use]
+    pub fn steps_in_use(&self) -> ArrayVec<Option<u64>, MAX_USERS> {
+        self.peers.iter().map(|peer| peer.samples.held().map(|packet| packet.step)).collect()
+    }
+
+    /// The contact between a user's finger and a body; `None` where the body has no surface, or the host no world.
+    #[must_use]
+    pub fn finger_contact(
+        &self,
+        model: &HostModel,
+        user: HostIndex,
+        finger: usize,
+        body: usize,
+    ) -> Option<&ContactState> {
+        model.contacts.finger(&self.contacts, user, finger, body)
     }
 }

@@ -2,7 +2,9 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::limits::MAX_ENTRIES;
+use cotouch_scene::limits::{MAX_CHANNEL_VECTORS, MAX_ENTRIES};
+use cotouch_scene::names::HostIndex;
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 /// What a host sampled at network step `step`; it fits one datagram.
@@ -13,6 +15,9 @@ pub struct StatePacket {
     /// What was sampled.
     pub entries: ArrayVec<Entry, MAX_ENTRIES>,
 }
+
+/// What a coordination scheme says of one body: its vectors for translation, then those for rotation.
+pub type ChannelVectors = [DVec3; 2 * MAX_CHANNEL_VECTORS];
 
 /// One sampled thing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -41,5 +46,14 @@ pub enum Entry {
         point: u8,
         /// The wrench to render.
         wrench: Wrench,
+    },
+    /// What the sender's coordination scheme says to one peer about the two copies of an object (distributed).
+    Channel {
+        /// The peer that it is for.
+        to: HostIndex,
+        /// Which object, from 0.
+        object: u8,
+        /// What only the scheme has a meaning for; zeros where it needs fewer.
+        vectors: ChannelVectors,
     },
 }

@@ -14,13 +14,13 @@
 //! | 12..20 | session id (in join, challenge, refusal and scene messages: the newcomer's instance id) |
 //!
 //! A state datagram goes on with step (u64), sample time (i64, ns of session time), number of entries (u8), three zero
-//! bytes, and the entries: tag, index, then `f64` components in the order of the fields of
+//! bytes, and the entries: tag, index, what else is a byte, then `f64` components in the order of the fields of
 //! [`Entry`]; a quaternion is x, y, z, w. A control datagram goes on with one
 //! postcard-encoded [`Control`]. All numbers are little-endian; nothing may follow.
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::limits::{MAX_ENTRIES, MAX_USERS};
+use cotouch_scene::limits::{MAX_CHANNEL_VECTORS, MAX_ENTRIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use glam::{DQuat, DVec3};
@@ -143,6 +143,16 @@ pub enum WireError {
         /// Which entry, from 0.
         entry: usize,
     },
+    /// A peer that no session has.
+    #[error(
+        "entry {entry} of the state packet is for host number {found}; a session has at most {MAX_USERS} hosts"
+    )]
+    Recipient {
+        /// Which entry, from 0.
+        entry: usize,
+        /// The host's number, from 0.
+        found: u8,
+    },
     /// Not a control message.
     #[error("the control message cannot be read: {0}")]
     Control(postcard::Error),
@@ -188,9 +198,17 @@ struct RawWrench {
     torque: [F64; 3],
 }
 
+#[derive(FromBytes, IntoBytes, KnownLayout, Immutable, Unaligned)]
+#[repr(C)]
+struct RawChannel {
+    to: u8,
+    vectors: [[F64; 3]; 2 * MAX_CHANNEL_VECTORS],
+}
+
 const TAG_HAND: u8 = 1;
 const TAG_OBJECT: u8 = 2;
 const TAG_FORCE: u8 = 3;
+const TAG_CHANNEL: u8 = 4;
 /// Tag and index in front of every entry.
 const ENTRY_HEAD_BYTES: usize = 2;
 
@@ -198,6 +216,7 @@ const ENTRY_HEAD_BYTES: usize = 2;
 const _: () = assert!(
     HEADER_BYTES + size_of::<RawState>() + MAX_ENTRIES * (ENTRY_HEAD_BYTES + size_of::<RawMotion>())
         <= MAX_DATAGRAM
+        && size_of::<RawChannel>() <= size_of::<RawMotion>()
 );
 
 /// Writes `packet` as a datagram at the start of `out` and returns its length. Does not allocate.
@@ -239,6 +258,10 @@ fn encode_entry(entry: &Entry, writer: &mut Writer<'_>) -> Result<(), WireError>
         Entry::Force { point, wrench } => {
             writer.put(&[TAG_FORCE, *point])?;
             writer.put(&RawWrench { force: raw_vector(wrench.force), torque: raw_vector(wrench.torque) })
+        }
+        Entry::Channel { to, object, vectors } => {
+            writer.put(&[TAG_CHANNEL, *object])?;
+            writer.put(&RawChannel { to: to.0, vectors: vectors.map(raw_vector) })
         }
     }
 }
@@ -291,6 +314,17 @@ fn decode_entry(entry: usize, reader: &mut Reader<'_>) -> Result<Entry, WireErro
                 return Err(WireError::NotFinite { entry });
             }
             Ok(Entry::Force { point: index, wrench })
+        }
+        TAG_CHANNEL => {
+            let raw: &RawChannel = reader.take()?;
+            let vectors = raw.vectors.map(vector);
+            if usize::from(raw.to) >= MAX_USERS {
+                return Err(WireError::Recipient { entry, found: raw.to });
+            }
+            if !vectors.iter().all(|vector| vector.is_finite()) {
+                return Err(WireError::NotFinite { entry });
+            }
+            Ok(Entry::Channel { to: HostIndex(raw.to), object: index, vectors })
         }
         _ => Err(WireError::EntryTag(tag)),
     }

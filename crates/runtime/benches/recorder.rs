@@ -9,7 +9,7 @@ use cotouch_runtime::recording::RecordingReader;
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_main};
 
 const TICKS: u64 = 1024;

@@ -6,7 +6,6 @@
 use cotouch_device::user::SimulatedUser;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 

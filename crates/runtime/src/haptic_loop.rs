@@ -11,7 +11,7 @@ use cotouch_net::clock::ClockMap;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 
@@ -311,7 +311,7 @@ fn proxy(station: &Station<Box<dyn Device>>, finger: usize) -> Option<DVec3> {
     match touched.surface {
         ContactSurface::Body(body) => {
             let body = usize::from(body);
-            let contact = model.finger_contact(state, model.host, finger, body)?;
+            let contact = state.finger_contact(model, model.host, finger, body)?;
             Some(state.bodies.get(body)?.pose.to_world(contact.anchor))
         }
         ContactSurface::Soft => {

@@ -11,7 +11,7 @@ use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 use serde::{Deserialize, Serialize};
 
 /// One thing worth recording, at one host.

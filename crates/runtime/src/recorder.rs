@@ -24,7 +24,7 @@ use crate::record::{Note, RecordItem, RecordKind};
 pub const LONGEST_MESSAGE: usize = 4 << 20;
 
 /// The layout that this version writes and reads.
-pub(crate) const FORMAT: &str = "3";
+pub(crate) const FORMAT: &str = "4";
 pub(crate) const HEADER_RECORD: &str = "cotouch.header";
 pub(crate) const SUMMARY_RECORD: &str = "cotouch.summary";
 pub(crate) const ENCODING: &str = "protobuf";

@@ -117,8 +117,7 @@ fn fields(record: &TickRecord) -> Vec<(Field, Value)> {
 mod tests {
     use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
     use cotouch_scene::geometry::{Reading, Wrench};
-    use cotouch_world::contact::Phase;
-    use cotouch_world::rigid::BodyState;
+    use cotouch_world::{BodyState, Phase};
     use glam::DVec3;
 
     use super::*;

@@ -10,7 +10,7 @@ use cotouch_host::soft::SlowFrame;
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 use serde::Serialize;
 

@@ -231,7 +231,7 @@ impl<D: Device> Station<D> {
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
-        let packet = self.model.sample(&self.state.host, step?, &self.instant.readings)?;
+        let packet = self.model.sample(&mut self.state.host, step?, &self.instant.readings)?;
         self.record(|| RecordKind::Sent { to: None, packet: packet.clone() });
         Some(packet)
     }

@@ -7,7 +7,7 @@ use cotouch_host::soft::SlowFrame;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};
-use cotouch_world::rigid::BodyState;
+use cotouch_world::BodyState;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 

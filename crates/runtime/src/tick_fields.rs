@@ -5,7 +5,7 @@ use std::fmt;
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 
 use crate::record::TickRecord;

@@ -77,7 +77,7 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
-    use crate::implicit::Elastic;
+    use crate::elastic::Elastic;
 
     /// An octahedron whose faces are cut into `cells`² triangles each, blown up to the unit sphere.
     fn sphere(cells: u32) -> (Vec<DVec3>, Vec<[u32; 3]>) {

@@ -1,52 +1,11 @@
 //! What haptics knows of a soft body.
 
-use cotouch_scene::scene::{Scene, SoftModel};
 use glam::DVec3;
 use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
-use crate::balloon::balloon;
-use crate::corotational::Corotational;
 use crate::linear::LinearBody;
-use crate::mass_spring::mass_spring;
-
-/// A point of the material: a weighted mean of nodes. A point of the surface has three nodes (and a weight 0), one inside
-/// a tetrahedron four. The weights sum to 1.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct MaterialPoint {
-    /// Which nodes.
-    pub nodes: [u32; 4],
-    /// How much each counts.
-    pub weights: [f64; 4],
-}
-
-impl MaterialPoint {
-    /// On a triangle with these nodes and barycentric weights.
-    #[must_use]
-    pub fn on_triangle(nodes: [u32; 3], weights: [f64; 3]) -> Self {
-        let ([a, b, c], [wa, wb, wc]) = (nodes, weights);
-        Self { nodes: [a, b, c, a], weights: [wa, wb, wc, 0.0] }
-    }
-
-    /// Where it is when the nodes are at `positions_m`.
-    ///
-    /// # Panics
-    /// When a node does not exist.
-    #[must_use]
-    pub fn at(&self, positions_m: &[DVec3]) -> DVec3 {
-        let place = |(&node, &weight): (&u32, &f64)| positions_m[node as usize] * weight;
-        self.nodes.iter().zip(&self.weights).map(place).sum()
-    }
-}
-
-/// A force on a point of the material, N, world frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct PointForce {
-    /// Where.
-    pub at: MaterialPoint,
-    /// N.
-    pub force_n: DVec3,
-}
+use crate::point::{MaterialPoint, PointForce};
 
 /// Everything about a soft body that changes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -145,18 +104,5 @@ pub trait SoftBody: Send + Sync {
 impl Clone for Box<dyn SoftBody> {
     fn clone(&self) -> Self {
         self.boxed_clone()
-    }
-}
-
-/// The soft body of a scene, at rest.
-///
-/// # Errors
-/// When the scene has none, or its technique cannot work with mesh or material.
-pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
-    match scene.soft.model {
-        SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
-        SoftModel::MassSpring => Ok(Box::new(mass_spring(scene)?)),
-        SoftModel::Balloon => Ok(Box::new(balloon(scene)?)),
-        SoftModel::Corotational => Ok(Box::new(Corotational::of_scene(scene)?)),
     }
 }

@@ -5,14 +5,13 @@
 use glam::{DMat3, DVec3};
 
 use crate::factor::BlockMatrix;
-use crate::implicit::add_pair;
 
 /// A volume is kept when it is nearer than this, relative to itself; what rounding allows.
 const KEPT: f64 = 1e-14;
 /// A shape whose volume cannot be brought nearer than this is not taken.
 const NEAR_ENOUGH: f64 = 1e-9;
 /// How many corrections bring a volume back.
-const MOST_CORRECTIONS: usize = 20;
+const MAX_CORRECTIONS: usize = 20;
 
 /// A volume that a closed surface keeps.
 #[derive(Clone, Debug)]
@@ -65,7 +64,7 @@ impl Enclosed {
         for &[a, b, c] in &self.triangles {
             for [from, to, opposite] in [[a, b, c], [b, c, a], [c, a, b]] {
                 let cross = cross_matrix(positions_m[opposite as usize] - origin);
-                add_pair(matrix, from, to, -scale / 6.0 * cross);
+                matrix.add_pair(from, to, -scale / 6.0 * cross);
             }
         }
     }
@@ -73,7 +72,7 @@ impl Enclosed {
     /// Moves along `direction` (or against it) until the volume is right. `false` when that does not succeed.
     pub(crate) fn restore(&self, positions_m: &mut [DVec3], direction: &[DVec3]) -> bool {
         let mut error = self.error(positions_m);
-        for _ in 0..MOST_CORRECTIONS {
+        for _ in 0..MAX_CORRECTIONS {
             if error.abs() <= KEPT {
                 break;
             }

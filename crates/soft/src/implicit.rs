@@ -12,67 +12,36 @@
 //! without input, however the Newton steps went.
 
 mod constants;
+mod parts;
 mod potential;
+mod rest;
 
 use std::sync::Arc;
 
 use cotouch_scene::scene::Scene;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 use self::constants::{Constants, RestCompliance, VolumeGradient};
-use self::potential::Potential;
-use crate::body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState};
-use crate::enclosed::Enclosed;
+use self::potential::{MAX_HALVINGS, Potential, ROUNDING};
+use crate::body::{SoftBody, SoftEnergy, SoftError, SoftState};
+use crate::elastic::Elastic;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
 use crate::linear::LinearBody;
+use crate::point::{MaterialPoint, PointForce};
+
+pub(crate) use parts::Parts;
 
 /// A shape whose volume is further than this from what it should be, relative, was not the result of a step.
-const MOST_VOLUME_ERROR: f64 = 1e-3;
+const MAX_VOLUME_ERROR: f64 = 1e-3;
 /// Newton steps after which a static equilibrium counts as not found.
-const MOST_SETTLING_STEPS: usize = 300;
+const MAX_SETTLING_STEPS: usize = 300;
 /// Newton steps of a period that is to end in equilibrium.
-const MOST_QUASI_STATIC_STEPS: usize = 30;
+const MAX_QUASI_STATIC_STEPS: usize = 30;
 /// A Newton step shorter than this part of the body's size ends the search for an equilibrium.
 const SETTLED: f64 = 1e-12;
 /// One that rounding keeps from going further downhill may be this long.
 const NEARLY_SETTLED: f64 = 1e-7;
-/// How often a step is halved before it is given up.
-const MOST_HALVINGS: usize = 40;
-/// Energies that differ by less than this part of themselves count as equal.
-const ROUNDING: f64 = 1e-13;
-
-/// What holds a body together: an energy of its nodes' positions.
-pub(crate) trait Elastic: Clone + Send + Sync + 'static {
-    /// Elastic energy, J.
-    fn energy_j(&self, positions_m: &[DVec3]) -> f64;
-
-    /// Adds the elastic forces, N.
-    fn add_forces(&self, positions_m: &[DVec3], forces_n: &mut [DVec3]);
-
-    /// Adds `scale` times the tangent stiffness, N/m: exactly, or with its parts that are not positive left out.
-    fn add_tangent(&self, positions_m: &[DVec3], positive: bool, scale: f64, matrix: &mut BlockMatrix);
-
-    /// Fills the von Mises stress of every node, Pa.
-    fn stress_pa(&self, positions_m: &[DVec3], stress: &mut Vec<f32>);
-}
-
-/// What a body of this kind is made of.
-#[derive(Clone)]
-pub(crate) struct Parts<E> {
-    pub(crate) elastic: E,
-    /// The volume that it keeps, if it does.
-    pub(crate) enclosed: Option<Enclosed>,
-    pub(crate) rest_m: Vec<DVec3>,
-    pub(crate) triangles: Vec<[u32; 3]>,
-    pub(crate) mass_kg: Vec<f64>,
-    pub(crate) fixed: Vec<bool>,
-    /// Pairs of nodes that act on each other.
-    pub(crate) pairs: Vec<[u32; 2]>,
-    /// Why the body can move without deforming, if it can.
-    pub(crate) not_held: Option<String>,
-}
-
 /// A body that [`Elastic`] holds together.
 #[derive(Clone)]
 pub(crate) struct ImplicitBody<E> {
@@ -125,7 +94,7 @@ impl<E: Elastic> ImplicitBody<E> {
         let start = body.state.clone();
         let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
         body.factorise(&potential);
-        if !body.search(&potential, MOST_SETTLING_STEPS) {
+        if !body.search(&potential, MAX_SETTLING_STEPS) {
             return Err(SoftError::NoEquilibrium("the mesh at rest does not come to rest".into()));
         }
         parts.rest_m = body.state.positions_m;
@@ -134,12 +103,12 @@ impl<E: Elastic> ImplicitBody<E> {
 
     /// The period of a body without inertia.
     fn step_in_equilibrium(&mut self, forces_n: Vec<DVec3>) {
-        let most_steps = MOST_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
+        let max_steps = MAX_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
         self.recover_volume();
         let start = self.state.clone();
         let potential = Potential::of_equilibrium(&start, forces_n);
         self.factorise(&potential);
-        self.search(&potential, most_steps);
+        self.search(&potential, max_steps);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
     }
 
@@ -158,7 +127,7 @@ impl<E: Elastic> ImplicitBody<E> {
     fn recover_volume(&mut self) {
         let constants = self.constants.clone();
         let Parts { enclosed: Some(enclosed), rest_m, .. } = &constants.parts else { return };
-        if enclosed.error(&self.state.positions_m).abs() <= MOST_VOLUME_ERROR {
+        if enclosed.error(&self.state.positions_m).abs() <= MAX_VOLUME_ERROR {
             return;
         }
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
@@ -198,10 +167,10 @@ impl<E: Elastic> ImplicitBody<E> {
 
     /// Newton's method downhill from the present positions, with the factor of about there for the first step. Returns
     /// whether it ended in a minimum.
-    fn search(&mut self, potential: &Potential<'_>, most_steps: usize) -> bool {
+    fn search(&mut self, potential: &Potential<'_>, max_steps: usize) -> bool {
         let constants = self.constants.clone();
         let mut value = constants.potential(potential, &self.state.positions_m);
-        for step in 0..most_steps {
+        for step in 0..max_steps {
             if step > 0 {
                 self.factorise(potential);
             }
@@ -247,7 +216,7 @@ impl<E: Elastic> ImplicitBody<E> {
         let speed_before: Vec<DVec3> =
             start.velocities_m_per_s.iter().zip(&put_right).map(|(speed, right)| *speed - *right).collect();
         let before = constants.elastic_j(base_m) + constants.kinetic_j(&speed_before);
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             let to = &mut self.state.positions_m;
             let moves = speeds(to, base_m);
             let work: f64 = moves.iter().zip(forces_n).map(|(speed, force)| speed.dot(*force)).sum();
@@ -318,9 +287,9 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
         let begin = self.state.clone();
         let potential = Potential::of_equilibrium(&begin, self.constants.external_forces(forces));
         self.factorise(&potential);
-        if !self.search(&potential, MOST_SETTLING_STEPS) {
+        if !self.search(&potential, MAX_SETTLING_STEPS) {
             self.state = start;
-            let steps = format!("{MOST_SETTLING_STEPS} Newton steps did not end in one");
+            let steps = format!("{MAX_SETTLING_STEPS} Newton steps did not end in one");
             return Err(SoftError::NoEquilibrium(steps));
         }
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
@@ -378,17 +347,6 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
     fn boxed_clone(&self) -> Box<dyn SoftBody> {
         Box::new(self.clone())
     }
-}
-
-/// Adds a block that joins two nodes, and its transpose on the other side of the diagonal; nothing if one is fixed.
-pub(crate) fn add_pair(matrix: &mut BlockMatrix, row: u32, column: u32, block: DMat3) {
-    if let Some(slot) = matrix.symbolic().slot(row, column) {
-        matrix.add(slot, block);
-    }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }
 
 /// The diagonal of the box around some points, m.

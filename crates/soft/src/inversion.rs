@@ -9,7 +9,6 @@ use glam::{DMat3, DVec3};
 
 use crate::enclosed::cross_matrix;
 use crate::factor::BlockMatrix;
-use crate::implicit::add_pair;
 use crate::mesh;
 
 /// The part of its volume below which a tetrahedron pushes back.
@@ -78,7 +77,7 @@ impl Inversion {
                 let (left, right) = (along * gradient[row], gradient[column]);
                 let block = DMat3::from_cols(right.x * left, right.y * left, right.z * left);
                 let block = block + turning * second[row][column];
-                add_pair(matrix, flat.nodes[row], flat.nodes[column], block);
+                matrix.add_pair(flat.nodes[row], flat.nodes[column], block);
             }
         }
     }

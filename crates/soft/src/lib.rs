@@ -11,19 +11,27 @@
 //! ```
 
 mod balloon;
-pub mod body;
-pub mod corotational;
+mod body;
+mod corotational;
+mod elastic;
 mod enclosed;
 pub mod factor;
 mod implicit;
 mod inversion;
-pub mod linear;
+mod linear;
 mod locate;
 mod mass_spring;
 mod membrane;
 mod mesh;
+mod point;
+mod stiffness;
+mod technique;
+mod vector;
 
-pub use body::{MaterialPoint, PointForce, SoftBody, SoftEnergy, SoftError, SoftState, soft_body};
+pub use body::{SoftBody, SoftEnergy, SoftError, SoftState};
 pub use corotational::Corotational;
 pub use linear::{LinearBody, ReducedBody};
 pub use locate::material_point_at;
+pub use point::{MaterialPoint, PointForce};
+pub use stiffness::{contact_stiffnesses, largest_eigenvalue};
+pub use technique::soft_body;

@@ -9,7 +9,7 @@ use faer::sparse::{SparseColMat, Triplet};
 use faer::{Col, ColRef, Mat, Scale, Side};
 use nalgebra::DMatrix;
 
-use crate::body::MaterialPoint;
+use crate::point::MaterialPoint;
 
 /// The linearisation of a step about a state, in the coordinates of the nodes that move.
 ///

@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::body::{MaterialPoint, SoftError};
+use crate::body::SoftError;
+use crate::point::MaterialPoint;
 
 /// A place so far from the surface still counts as on it, as a part of the body's size.
 const ON_SURFACE: f64 = 1e-6;

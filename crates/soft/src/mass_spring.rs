@@ -15,8 +15,9 @@ use cotouch_scene::soft_mesh::SoftMesh;
 use glam::{DMat3, DVec3};
 
 use crate::body::SoftError;
+use crate::elastic::Elastic;
 use crate::factor::BlockMatrix;
-use crate::implicit::{Elastic, ImplicitBody, Parts, add_pair};
+use crate::implicit::{ImplicitBody, Parts};
 use crate::inversion::Inversion;
 use crate::mesh;
 
@@ -173,9 +174,9 @@ impl Elastic for Springs {
         for spring in &self.springs {
             let block = scale * spring.tangent(positions_m, positive);
             let [a, b] = spring.nodes;
-            add_pair(matrix, a, a, block);
-            add_pair(matrix, b, b, block);
-            add_pair(matrix, a, b, -block);
+            matrix.add_pair(a, a, block);
+            matrix.add_pair(b, b, block);
+            matrix.add_pair(a, b, -block);
         }
         let places = matrix.symbolic().free_nodes();
         (0..places).for_each(|place| matrix.add_to_diagonal(place, scale * self.tie_n_per_m));

@@ -13,11 +13,11 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use crate::elastic::Elastic;
 use crate::factor::BlockMatrix;
-use crate::implicit::{Elastic, add_pair};
 
 /// Stretches count as no less than this in what divides by them.
-const LEAST_STRETCH: f64 = 1e-6;
+const MIN_STRETCH: f64 = 1e-6;
 
 /// Skin: all of it of one material.
 #[derive(Clone, Debug)]
@@ -82,8 +82,8 @@ impl Membrane {
         let (shear, lame) = (2.0 * self.shear_n_per_m, 2.0 * self.lame_n_per_m);
         let [first, second] = self.tensions(*sigma);
         let half = std::f64::consts::FRAC_1_SQRT_2;
-        let twist = (first + second) / (sigma[0] + sigma[1]).max(LEAST_STRETCH);
-        let out = |tension: f64, sigma: f64| tension / sigma.max(LEAST_STRETCH);
+        let twist = (first + second) / (sigma[0] + sigma[1]).max(MIN_STRETCH);
+        let out = |tension: f64, sigma: f64| tension / sigma.max(MIN_STRETCH);
         // A mode is kept by its two columns: what it makes of the skin's own x and y.
         let columns = |pairs: &[(DVec3, DVec2)]| {
             [0, 1].map(|axis| pairs.iter().map(|(left, right)| *left * right[axis]).sum::<DVec3>())
@@ -168,7 +168,7 @@ impl Elastic for Membrane {
                 }
             }
             for (row, column) in [(0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)] {
-                add_pair(matrix, triangle.nodes[row], triangle.nodes[column], blocks[row][column]);
+                matrix.add_pair(triangle.nodes[row], triangle.nodes[column], blocks[row][column]);
             }
         }
     }
@@ -179,7 +179,7 @@ impl Elastic for Membrane {
         for triangle in &self.triangles {
             let Stretch { sigma, .. } = triangle.stretch(positions_m);
             let [first, second] = self.tensions(sigma);
-            let [a, b] = [first / sigma[1].max(LEAST_STRETCH), second / sigma[0].max(LEAST_STRETCH)];
+            let [a, b] = [first / sigma[1].max(MIN_STRETCH), second / sigma[0].max(MIN_STRETCH)];
             let value = (a * a - a * b + b * b).sqrt() / self.thickness_m;
             for &node in &triangle.nodes {
                 let (sum, area) = &mut sums[node as usize];

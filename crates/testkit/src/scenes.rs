@@ -159,3 +159,11 @@ pub fn any_scene() -> impl Strategy<Value = Scene> {
         scene
     })
 }
+
+/// The words of all local models that a scene can have.
+pub fn local_model_kinds() -> Vec<String> {
+    let schema = cotouch_scene::json_schema();
+    let words = schema["properties"]["local_model"]["properties"]["kind"]["enum"].as_array();
+    let words = words.into_iter().flatten().filter_map(|word| word.as_str().map(str::to_owned));
+    words.collect()
+}

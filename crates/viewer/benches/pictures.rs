@@ -6,7 +6,7 @@ use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snap
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_viewer::picture::encode;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 

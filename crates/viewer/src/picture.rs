@@ -84,10 +84,10 @@ pub(crate) fn encode_host(host: &HostSnapshot, out: &mut Vec<u8>) {
 fn put_finger(out: &mut Vec<u8>, finger: &FingerSnapshot) {
     let none = DVec3::NAN;
     let phase: u16 = match finger.contact {
-        cotouch_world::contact::Phase::Free => 0,
-        cotouch_world::contact::Phase::MomentCancellation { .. } => 1,
-        cotouch_world::contact::Phase::PreSlide => 2,
-        cotouch_world::contact::Phase::Slide => 3,
+        cotouch_world::Phase::Free => 0,
+        cotouch_world::Phase::MomentCancellation { .. } => 1,
+        cotouch_world::Phase::PreSlide => 2,
+        cotouch_world::Phase::Slide => 3,
     };
     put_vector(out, finger.reading.pose.position);
     put_vector(out, finger.commanded.force);

@@ -11,7 +11,7 @@ use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snap
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DVec3, Vec3};
 use serde_json::{Value, json};
 

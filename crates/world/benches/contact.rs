@@ -5,9 +5,9 @@ use std::hint::black_box;
 
 use cotouch_scene::geometry::Twist;
 use cotouch_scene::scene::{Integrator, Shape, ShapeKind, SpringDamper};
-use cotouch_world::contact::{ContactModel, ContactState, Sphere, touch};
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
+use cotouch_world::{
+    BodyState, ContactModel, ContactState, Freedom, Inertia, Sphere, Stepper, Surface, touch,
+};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{DMat3, DQuat, DVec3};
 

@@ -4,7 +4,7 @@
 use std::hint::black_box;
 
 use cotouch_testkit::meshes::{Mesh, bumpy_ball, bumpy_radius};
-use cotouch_world::proxy::{MeshSurface, ProxyState};
+use cotouch_world::{MeshSurface, ProxyState};
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 

@@ -21,7 +21,10 @@ use cotouch_scene::scene::SpringDamper;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::shape::{Corner, Probe, ProxyState, Surface};
+use crate::approach::Approach;
+use crate::corner::Corner;
+use crate::probe::Probe;
+use crate::shape::Surface;
 use crate::wall::Plane;
 
 /// The constants of a contact.
@@ -107,7 +110,7 @@ pub struct ContactState {
     /// counts; being on the surface, it counts the same for the next face.
     pub anchor: DVec3,
     /// From which side the sphere came.
-    pub proxy: ProxyState,
+    pub proxy: Approach,
     /// Ticks that the two must still be apart before a contact counts as a first one again. A sphere that rattles on a
     /// surface, or whose velocity is told in coarse steps, would else be pushed to a stop again and again.
     pub rest_ticks: u16,

@@ -5,7 +5,8 @@
 
 use glam::DVec3;
 
-use crate::shape::{Probe, Side};
+use crate::approach::ApproachSide;
+use crate::probe::Probe;
 
 /// How often a walk may step from a face to its neighbour in one tick.
 const MAX_STEPS: usize = 16;
@@ -70,7 +71,7 @@ pub(crate) trait Convex {
 /// Where a sphere of `radius` about `centre` is in the polyhedron.
 pub(crate) fn probe_convex(
     solid: &impl Convex,
-    proxy: &mut Side,
+    proxy: &mut ApproachSide,
     centre: DVec3,
     radius: f64,
 ) -> Option<Probe> {
@@ -82,7 +83,7 @@ pub(crate) fn probe_convex(
     }
     if proxy.face.is_none() {
         if let Some((normal, distance, point)) = solid.closest_from_outside(centre) {
-            *proxy = Side { seen: true, face: None, point: centre };
+            *proxy = ApproachSide { seen: true, face: None, point: centre };
             return Some(Probe { normal, depth_m: radius - distance, point });
         }
         proxy.face = Some(solid.nearest_from_inside(centre));

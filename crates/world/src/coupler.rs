@@ -1,15 +1,16 @@
-//! Virtual couplers: a spring and damper between two moving points (thesis (3.4), (4.25)–(4.29)), and between two frames
-//! that turn.
+//! Virtual couplers: a spring and damper between two moving points (thesis (3.4), (4.25)–(4.29)), and how far two frames
+//! are turned against each other.
 
-use cotouch_scene::scene::{RotationalSpringDamper, SpringDamper};
+use cotouch_scene::scene::SpringDamper;
 use glam::{DQuat, DVec3};
 
-/// How far, and how fast, the far end of a coupler is from the near end.
+/// How far, and how fast, the far end of a coupler is from the near end; or how far and how fast it turns against it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Stretch {
-    /// m.
+    /// From the near end to the far end, m; or the shortest rotation that takes the one to the other, as a rotation vector
+    /// in the world's frame, rad.
     pub position: DVec3,
-    /// m/s.
+    /// Of the far end against the near end, m/s or rad/s.
     pub velocity: DVec3,
 }
 
@@ -19,35 +20,18 @@ impl Stretch {
     pub fn between(near: (DVec3, DVec3), far: (DVec3, DVec3)) -> Self {
         Self { position: far.0 - near.0, velocity: far.1 - near.1 }
     }
+
+    /// From `near` to `far`, each an orientation and an angular velocity (rad/s).
+    #[must_use]
+    pub fn between_orientations(near: (DQuat, DVec3), far: (DQuat, DVec3)) -> Self {
+        Self { position: rotation_vector(far.0 * near.0.conjugate()), velocity: far.1 - near.1 }
+    }
 }
 
 /// The force (N) on the near end; the far end gets the opposite.
 #[must_use]
 pub fn force(spring: SpringDamper, stretch: Stretch) -> DVec3 {
     spring.stiffness_n_per_m * stretch.position + spring.damping_n_s_per_m * stretch.velocity
-}
-
-/// How far the far end of a rotational coupler is turned against the near end, and how fast it turns against it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Turn {
-    /// The shortest rotation that takes the near end to the far end: a rotation vector in the world's frame, rad.
-    pub rotation: DVec3,
-    /// rad/s.
-    pub velocity: DVec3,
-}
-
-impl Turn {
-    /// From `near` to `far`, each an orientation and an angular velocity (rad/s).
-    #[must_use]
-    pub fn between(near: (DQuat, DVec3), far: (DQuat, DVec3)) -> Self {
-        Self { rotation: rotation_vector(far.0 * near.0.conjugate()), velocity: far.1 - near.1 }
-    }
-}
-
-/// The torque (N·m) on the near end; the far end gets the opposite.
-#[must_use]
-pub fn torque(spring: RotationalSpringDamper, turn: Turn) -> DVec3 {
-    spring.stiffness_n_m_per_rad * turn.rotation + spring.damping_n_m_s_per_rad * turn.velocity
 }
 
 /// The rotation vector (axis times angle, at most π) of a unit quaternion: accurate for small angles, and defined at π,
@@ -92,15 +76,13 @@ mod tests {
     }
 
     #[test]
-    fn a_torque_turns_the_near_end_to_the_far_end() {
-        let spring = RotationalSpringDamper { stiffness_n_m_per_rad: 2.0, damping_n_m_s_per_rad: 0.5 };
+    fn orientations_are_apart_by_the_rotation_that_takes_one_to_the_other() {
         let near = DQuat::from_scaled_axis(DVec3::new(0.2, 1.0, -0.7));
         let turned = DVec3::new(0.0, 0.3, -0.4);
         let far = DQuat::from_scaled_axis(turned) * near;
-        let turn = Turn::between((near, DVec3::X), (far, DVec3::Y));
-        let expected = 2.0 * turned + 0.5 * (DVec3::Y - DVec3::X);
-        assert!((torque(spring, turn) - expected).length() < 1e-14);
-        let back = Turn::between((far, DVec3::Y), (near, DVec3::X));
-        assert!((torque(spring, back) + expected).length() < 1e-14, "the ends feel opposite torques");
+        let apart = Stretch::between_orientations((near, DVec3::X), (far, DVec3::Y));
+        assert!((apart.position - turned).length() < 1e-14 && apart.velocity == DVec3::Y - DVec3::X);
+        let back = Stretch::between_orientations((far, DVec3::Y), (near, DVec3::X));
+        assert!((back.position + turned).length() < 1e-14 && back.velocity == -apart.velocity);
     }
 }

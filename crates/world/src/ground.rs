@@ -11,7 +11,7 @@ use glam::DVec3;
 use crate::rigid::{BodyState, Freedom, Inertia};
 
 /// Acceleration of gravity onto the plane, m/s².
-pub const GRAVITY_M_PER_S2: f64 = 9.81;
+const GRAVITY_M_PER_S2: f64 = 9.81;
 
 /// The ground's friction on one body.
 #[derive(Clone, Copy, Debug, PartialEq)]

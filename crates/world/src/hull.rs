@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
 
 use crate::convex::{Convex, Over};
-use crate::shape::{Corner, Corners, MAX_CORNERS};
+use crate::corner::{Corner, Corners, MAX_CORNERS};
 
 /// Triangles whose normals differ by less than this (rad) lie in one plane.
 const FLAT: f64 = 1e-6;

@@ -4,20 +4,20 @@
 //! clock, allocates or fails.
 //!
 //! * A virtual coupler is a spring and damper between two points: `f = k·(x_b − x_a) + b·(v_b − v_a)` on `a`.
-//! * A body of mass `m` under a force `f` held for `T` moves by [`rigid::Stepper`]: with *exact hold*
+//! * A body of mass `m` under a force `f` held for `T` moves by [`Stepper`]: with *exact hold*
 //!   `x += T·v + T²·f/(2m)`, `v += T·f/m`, which is what (3.14)–(3.17) of the thesis give for a double integrator.
 //!   Turning is the same in a plane; in space it keeps the angular momentum.
-//! * A sphere that touches a surface is held by [`contact::touch`]: a spring and damper across the surface that never
+//! * A sphere that touches a surface is held by [`touch`]: a spring and damper across the surface that never
 //!   pulls, another along it, and friction that sticks. Fingers are spheres; bodies meet walls and each other with the
-//!   [`shape::Surface::corners`] that stand for them.
+//!   [`Surface::corners`] that stand for them.
 //! * A sphere that touches a slowly simulated soft body is held by a local model ([`local`]).
 //! * On a line, a wall is a grounded coupler, one-sided or two-sided ([`wall::force`]).
-//! * The ground under bodies in a plane resists by Coulomb's law ([`ground::GroundFriction`]).
+//! * The ground under bodies in a plane resists by Coulomb's law ([`GroundFriction`]).
 //!
 //! ```
 //! use cotouch_scene::geometry::Wrench;
 //! use cotouch_scene::scene::{Integrator, SpringDamper};
-//! use cotouch_world::{coupler, rigid::{BodyState, Freedom, Stepper}};
+//! use cotouch_world::{BodyState, Freedom, Stepper, coupler};
 //! use glam::DVec3;
 //!
 //! let stepper = Stepper::new(0.4, 1.0 / 1024.0, Integrator::ExactHold, Freedom::Line(DVec3::X));
@@ -28,15 +28,32 @@
 //! assert!((body.twist.linear.x - 3.0 / 0.4 / 1024.0).abs() < 1e-15);
 //! ```
 
-pub mod contact;
+mod approach;
+mod contact;
 mod convex;
+pub mod coordination;
+mod corner;
 pub mod coupler;
 mod cuboid;
-pub mod ground;
+mod ground;
 mod hull;
+mod linear_block;
 pub mod local;
-pub mod proxy;
-pub mod rigid;
+mod probe;
+mod proxy;
+mod rigid;
 mod round;
-pub mod shape;
+mod shape;
 pub mod wall;
+
+pub use approach::{Approach, ApproachSide};
+pub use contact::{
+    Cancellation, ContactForce, ContactModel, ContactState, Phase, Sphere, touch, touch_plane,
+};
+pub use corner::{Corner, Corners, MAX_CORNERS};
+pub use ground::GroundFriction;
+pub use linear_block::LinearBlock;
+pub use probe::Probe;
+pub use proxy::{MeshSurface, ProxyState, SurfaceError, SurfacePoint};
+pub use rigid::{BodyState, Freedom, Inertia, Stepper};
+pub use shape::Surface;

@@ -18,7 +18,7 @@
 //! sphere. A surface that changes its shape carries proxies along ([`MeshSurface::deform`]).
 //!
 //! ```
-//! use cotouch_world::proxy::{MeshSurface, ProxyState};
+//! use cotouch_world::{MeshSurface, ProxyState};
 //! use glam::DVec3;
 //!
 //! // A triangle in the plane z = 0, seen from above, and a sphere of 5 mm that is moved 2 mm into it at once.
@@ -28,7 +28,7 @@
 //! assert_eq!(surface.probe(&mut state, DVec3::new(0.0, 0.0, 0.1), 0.005), None);
 //! let probe = surface.probe(&mut state, DVec3::new(0.0, 0.0, 0.003), 0.005).expect("contact");
 //! assert!((probe.depth_m - 0.002).abs() < 1e-12 && probe.normal == DVec3::Z);
-//! # Ok::<(), cotouch_world::proxy::SurfaceError>(())
+//! # Ok::<(), cotouch_world::SurfaceError>(())
 //! ```
 
 mod half_space;
@@ -41,23 +41,25 @@ use serde::{Deserialize, Serialize};
 
 pub use mesh_surface::{MeshSurface, SurfaceError, SurfacePoint};
 
+use crate::probe::Probe;
+
 use half_space::{Foot, HalfSpace, Held, TOLERANCE_M};
 use mesh_surface::HalfSpaces;
 
 /// Smaller spheres (m) are treated as this large: a point has no side to be on.
-pub const LEAST_RADIUS_M: f64 = 1e-6;
+const MIN_RADIUS_M: f64 = 1e-6;
 
 /// A sphere that starts deeper (m) than this and than its radius is not touched until it was outside.
-pub const MOST_START_DEPTH_M: f64 = 1e-3;
+const MAX_START_DEPTH_M: f64 = 1e-3;
 
 /// Coordinates and radii (m) beyond this are not taken for ones.
-pub const FURTHEST_M: f64 = 1e6;
+const FURTHEST_M: f64 = 1e6;
 
 /// A triangle nearer (m) to the proxy's surface than this touches it.
 const TOUCHES_M: f64 = 1e-12;
 
 /// A region's least extent, as a part of the sphere's radius.
-const LEAST_REACH: f64 = 0.003;
+const MIN_REACH: f64 = 0.003;
 
 /// Most regions that a proxy passes through in one probe, and most steps in each: the bound of the work.
 const MAX_REGIONS: usize = 32;
@@ -92,17 +94,6 @@ impl ProxyState {
     }
 }
 
-/// A sphere in contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
-    /// From the haptic sphere to the proxy, outward, unit, body's frame.
-    pub normal: DVec3,
-    /// How far the proxy is from the haptic sphere, m.
-    pub depth_m: f64,
-    /// The surface's point that the proxy touches (of several, where it presses most), m, body's frame.
-    pub point: DVec3,
-}
-
 /// What the proxy does in one probe.
 struct Slide {
     at: DVec3,
@@ -113,8 +104,8 @@ struct Slide {
 impl MeshSurface {
     /// Moves the proxy after a sphere of `radius_m` that is now at `centre` (m, body's frame). None without contact.
     ///
-    /// What is not a number, negative, or beyond [`FURTHEST_M`], gives None and leaves the state. A sphere that starts inside is not
-    /// touched until it was outside, unless a small move takes it out ([`MOST_START_DEPTH_M`]). Probe at least once
+    /// What is not a number, negative, or beyond 10⁶ m, gives None and leaves the state. A sphere that starts inside is not
+    /// touched until it was outside, unless a small move takes it out (1 mm, or its radius). Probe at least once
     /// for every [`MeshSurface::deform`]: a proxy that misses one starts again. Bounded work, no allocation; where
     /// the bound is met, the proxy is late, outside the surface, and goes on at the next probe.
     pub fn probe(&self, state: &mut ProxyState, centre: DVec3, radius_m: f64) -> Option<Probe> {
@@ -122,7 +113,7 @@ impl MeshSurface {
         if !(within && (0.0..=FURTHEST_M).contains(&radius_m)) {
             return None;
         }
-        let radius = radius_m.max(LEAST_RADIUS_M);
+        let radius = radius_m.max(MIN_RADIUS_M);
         let generation = self.generation();
         let Some((start, ahead)) = self.start(state, centre, radius) else {
             *state = ProxyState { generation, centre, ..ProxyState::default() };
@@ -181,7 +172,7 @@ impl MeshSurface {
         if distance >= radius {
             return Some(centre);
         }
-        if radius - distance > radius.max(MOST_START_DEPTH_M) {
+        if radius - distance > radius.max(MAX_START_DEPTH_M) {
             return None;
         }
         let normal = if distance.abs() > 1e-9 { away / distance } else { outward };
@@ -202,7 +193,7 @@ impl MeshSurface {
 
     /// From `at` as near to `goal` as the surface lets a proxy slide, by about `ahead`.
     fn slide(&self, mut at: DVec3, goal: DVec3, radius: f64, ahead: DVec3) -> Slide {
-        let least = LEAST_REACH * radius;
+        let least = MIN_REACH * radius;
         let (mut home, mut reach) = (at + 0.5 * ahead, 0.6 * ahead.length() + least);
         let mut spaces = HalfSpaces::new();
         let mut triangle = None;

@@ -171,16 +171,6 @@ impl Freedom {
             Self::Space => vector,
         }
     }
-
-    /// The part of an angular velocity or a torque that the body can follow.
-    #[must_use]
-    pub fn project_turning(self, vector: DVec3) -> DVec3 {
-        match self {
-            Self::Line(_) => DVec3::ZERO,
-            Self::Plane(normal) => normal * vector.dot(normal),
-            Self::Space => vector,
-        }
-    }
 }
 
 /// Advances a body of constant mass by one period.
@@ -215,18 +205,6 @@ impl Stepper {
             return Self { inertia, ..point };
         }
         Self { inertia, velocity_per_force: 0.0, position_per_force: 0.0, ..point }
-    }
-
-    /// The scheme that this stepper uses.
-    #[must_use]
-    pub fn integrator(&self) -> Integrator {
-        self.integrator
-    }
-
-    /// The directions in which the body may move.
-    #[must_use]
-    pub fn freedom(&self) -> Freedom {
-        self.freedom
     }
 
     /// How the body resists.

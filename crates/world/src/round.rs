@@ -2,7 +2,8 @@
 
 use glam::DVec3;
 
-use crate::shape::{Probe, Side};
+use crate::approach::ApproachSide;
+use crate::probe::Probe;
 
 /// So near to the axis, as a share of the radius, the side from which the centre came answers.
 const CORE: f64 = 0.25;
@@ -23,7 +24,7 @@ impl Round {
 
     /// Where a sphere of `radius` about `centre` is. Close to the axis the direction away from it would turn round; there
     /// the side from which the centre came answers, until the centre is back or out at the side.
-    pub(crate) fn probe(&self, proxy: &mut Side, centre: DVec3, radius: f64) -> Option<Probe> {
+    pub(crate) fn probe(&self, proxy: &mut ApproachSide, centre: DVec3, radius: f64) -> Option<Probe> {
         let away = self.beside_axis(centre);
         let known = proxy.seen.then(|| self.beside_axis(proxy.point).try_normalize()).flatten();
         if let Some(side) = known.filter(|side| self.holds(proxy, *side, centre)) {
@@ -35,14 +36,14 @@ impl Round {
         let distance = away.length();
         let normal = if distance > 0.0 { away / distance } else { DVec3::X };
         if distance >= CORE * self.radius {
-            *proxy = Side { seen: true, face: None, point: centre };
+            *proxy = ApproachSide { seen: true, face: None, point: centre };
         }
         let point = centre + (self.radius - distance) * normal;
         Some(Probe { normal, depth_m: radius + self.radius - distance, point })
     }
 
     /// Whether a centre that was last on `side` of the axis is near the axis, or past it and came there through the solid.
-    fn holds(&self, proxy: &Side, side: DVec3, centre: DVec3) -> bool {
+    fn holds(&self, proxy: &ApproachSide, side: DVec3, centre: DVec3) -> bool {
         let away = self.beside_axis(centre);
         let height = away.dot(side);
         if away.length() < CORE * self.radius {

@@ -5,19 +5,17 @@
 
 use std::sync::Arc;
 
-use arrayvec::ArrayVec;
 use cotouch_scene::scene::{Shape, ShapeKind};
 use glam::DVec3;
-use serde::{Deserialize, Serialize};
 
+use crate::approach::Approach;
 use crate::convex::probe_convex;
+use crate::corner::{Corner, Corners};
 use crate::cuboid::Cuboid;
 use crate::hull::Hull;
-use crate::proxy::{self, MeshSurface};
+use crate::probe::Probe;
+use crate::proxy::MeshSurface;
 use crate::round::Round;
-
-/// Most spheres that stand for one body.
-pub const MAX_CORNERS: usize = 32;
 
 /// The radius of a box's corners, as a share of its shortest edge.
 const CORNER_RADIUS_OF_BOX: f64 = 0.1;
@@ -27,86 +25,6 @@ const CORNER_RADIUS_OF_HULL: f64 = 0.05;
 
 /// Half of the length of a box in a plane, as a share of its longer edge's half.
 const PRISM: f64 = 10.0;
-
-/// Spheres that stand for a body.
-pub type Corners = ArrayVec<Corner, MAX_CORNERS>;
-
-/// A sphere, fixed to a body, that stands for it where it meets other surfaces.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
-    /// Body frame, m.
-    pub centre: DVec3,
-    /// m.
-    pub radius_m: f64,
-}
-
-/// What a contact remembers between ticks to tell from which side its sphere came: a plain value.
-///
-/// The centre of a sphere may be beneath a surface, even beyond the other side of a thin body. Then the closest point
-/// says nothing about where it came from, and this does.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum ProxyState {
-    /// On a shape that has closed forms.
-    Side(Side),
-    /// On a triangle mesh.
-    Mesh(proxy::ProxyState),
-}
-
-/// The side of a ball, capsule, box or hull.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Side {
-    /// Whether `point` says anything.
-    pub seen: bool,
-    /// The face or feature above the centre, while the centre is beneath the surface.
-    pub face: Option<u32>,
-    /// Where the sphere's centre was when it was last outside, body frame, m.
-    pub point: DVec3,
-}
-
-impl Default for ProxyState {
-    fn default() -> Self {
-        Self::Side(Side::default())
-    }
-}
-
-impl ProxyState {
-    /// The face above the centre, while the centre is beneath the surface; on a mesh the triangle in contact.
-    #[must_use]
-    pub fn face(&self) -> Option<u32> {
-        match self {
-            Self::Side(side) => side.face,
-            Self::Mesh(proxy) => proxy.triangle(),
-        }
-    }
-
-    /// On a shape that has closed forms; new if it was about a mesh.
-    fn side(&self) -> Side {
-        match self {
-            Self::Side(side) => *side,
-            Self::Mesh(_) => Side::default(),
-        }
-    }
-
-    /// On a mesh; new if it was about another shape.
-    fn mesh(&self) -> proxy::ProxyState {
-        match self {
-            Self::Side(_) => proxy::ProxyState::default(),
-            Self::Mesh(proxy) => *proxy,
-        }
-    }
-}
-
-/// Where and how deep a sphere is in a surface, in the body's frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
-    /// Outward unit normal.
-    pub normal: DVec3,
-    /// How far the sphere reaches beneath the surface, m; positive.
-    pub depth_m: f64,
-    /// The point of the surface, m.
-    pub point: DVec3,
-}
 
 #[derive(Clone, Debug)]
 enum Solid {
@@ -122,13 +40,6 @@ enum Solid {
 struct MeshSolid {
     surface: Arc<MeshSurface>,
     hull: Hull,
-}
-
-impl MeshSolid {
-    fn probe(&self, proxy: &mut proxy::ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
-        let proxy::Probe { normal, depth_m, point } = self.surface.probe(proxy, centre, radius)?;
-        Some(Probe { normal, depth_m, point })
-    }
 }
 
 /// The surface of a body, made once.
@@ -198,7 +109,7 @@ impl Surface {
     }
 
     /// The spheres that stand for the body where it meets other surfaces: a box has 8 that touch its faces from
-    /// inside, a ball itself, a capsule its ends, a hull or mesh one at each vertex (at most [`MAX_CORNERS`], far
+    /// inside, a ball itself, a capsule its ends, a hull or mesh one at each vertex (at most [`MAX_CORNERS`](crate::corner::MAX_CORNERS), far
     /// from each other).
     #[must_use]
     pub fn corners(&self) -> &[Corner] {
@@ -208,10 +119,10 @@ impl Surface {
     /// What there is to remember of a sphere that is about to come near: its centre is at `centre` (body frame, m), beyond
     /// the [bounding radius](Self::bounding_radius_m). On a mesh no speed takes it in from there unseen.
     #[must_use]
-    pub fn seen_far(&self, centre: DVec3) -> ProxyState {
+    pub fn seen_far(&self, centre: DVec3) -> Approach {
         match &self.solid {
-            Solid::Mesh(mesh) => ProxyState::Mesh(mesh.surface.seen_outside(centre)),
-            _ => ProxyState::default(),
+            Solid::Mesh(mesh) => Approach::Mesh(mesh.surface.seen_outside(centre)),
+            _ => Approach::default(),
         }
     }
 
@@ -219,7 +130,7 @@ impl Surface {
     /// not touch. Ask in every tick in which the sphere is near, or give a default `proxy`: it remembers from which
     /// side the sphere came.
     #[must_use]
-    pub fn probe(&self, proxy: &mut ProxyState, centre: DVec3, radius: f64) -> Option<Probe> {
+    pub fn probe(&self, proxy: &mut Approach, centre: DVec3, radius: f64) -> Option<Probe> {
         let mut side = proxy.side();
         let probe = match &self.solid {
             Solid::None => return None,
@@ -228,12 +139,12 @@ impl Surface {
             Solid::Hull(hull) => probe_convex(hull, &mut side, centre, radius),
             Solid::Mesh(mesh) => {
                 let mut state = proxy.mesh();
-                let probe = mesh.probe(&mut state, centre, radius);
-                *proxy = ProxyState::Mesh(state);
+                let probe = mesh.surface.probe(&mut state, centre, radius);
+                *proxy = Approach::Mesh(state);
                 return probe;
             }
         };
-        *proxy = ProxyState::Side(side);
+        *proxy = Approach::Side(side);
         probe.filter(|probe| probe.depth_m > 0.0)
     }
 }

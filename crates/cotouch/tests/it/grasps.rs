@@ -4,7 +4,6 @@
 use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::{Action, Architecture, Finger, Scene};
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};

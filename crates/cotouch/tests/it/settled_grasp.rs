@@ -13,7 +13,7 @@ use cotouch_runtime::record::TickRecord;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene, VelocityEstimate};
 use cotouch_scene::{Override, load};
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DMat3, DVec3};
 
 /// Largest difference of an element, as a share of the matrix's norm.
@@ -61,7 +61,7 @@ fn measured(probe: &mut Probe, scene: &Scene) -> OperatingPoint {
             let beyond = local.abs() - half;
             let axis = (0..2).max_by(|&a, &b| beyond[a].total_cmp(&beyond[b])).unwrap();
             let normal = DVec3::AXES[axis] * local[axis].signum();
-            let slot = model.finger_contact(state, user, usize::from(finger), 0).unwrap();
+            let slot = state.finger_contact(model, user, usize::from(finger), 0).unwrap();
             let (host, body) = (model.host, 0);
             let (anchor, curvature, force) = (slot.anchor, DMat3::ZERO, contact.force);
             point.fingers.push(FingerContact {

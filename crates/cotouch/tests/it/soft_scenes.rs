@@ -9,7 +9,6 @@ use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Shape, ShapeKind};
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 use glam::DVec3;
 

@@ -9,7 +9,6 @@ use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene};
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 
 /// The move of a coordinate to either side; the loop is linear, so its size only matters to rounding.

@@ -11,13 +11,12 @@
 //! The largest eigenvalue stays within a factor of 5 of what was found before the session.
 
 use cotouch_scene::limits::MAX_SOFT_CONTACTS;
-use cotouch_soft::{MaterialPoint, PointForce, SoftBody};
-use cotouch_world::proxy::MeshSurface;
+use cotouch_soft::{MaterialPoint, PointForce, SoftBody, largest_eigenvalue};
+use cotouch_world::MeshSurface;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::SlowInput;
-use super::stiffness::largest_eigenvalue;
+use super::input::SlowInput;
 
 /// λ: half of what is known is forgotten in 34 periods.
 const KEEPS: f64 = 0.98;
@@ -26,10 +25,10 @@ const KEEPS: f64 = 0.98;
 const START: f64 = 4.0;
 
 /// Forces below this (N) tell nothing.
-const LEAST_FORCE_N: f64 = 1e-4;
+const MIN_FORCE_N: f64 = 1e-4;
 
 /// How far K_o may get from where it was before the session, as a factor.
-const MOST_CHANGE: f64 = 5.0;
+const MAX_CHANGE: f64 = 5.0;
 
 /// The force (N) of the first try before the session; the second is such that the surface gives way by
 /// [`TRY_M`] times the body's size.
@@ -77,7 +76,7 @@ impl Estimate {
         let slots: Vec<usize> =
             slots.map(usize::from).filter(|&slot| slot < self.compliance.nrows()).collect();
         let part = self.compliance.select_rows(&slots).select_columns(&slots);
-        let range = self.first_m_per_n / MOST_CHANGE..=self.first_m_per_n * MOST_CHANGE;
+        let range = self.first_m_per_n / MAX_CHANGE..=self.first_m_per_n * MAX_CHANGE;
         1.0 / largest_eigenvalue(&part).clamp(*range.start(), *range.end())
     }
 
@@ -89,7 +88,7 @@ impl Estimate {
         for contact in &input.contacts {
             let (slot, (direction, force_n)) =
                 (usize::from(contact.slot), contact.force_n.normalize_and_length());
-            let Some(anchor) = contact.anchor.filter(|_| slot < slots && force_n > LEAST_FORCE_N) else {
+            let Some(anchor) = contact.anchor.filter(|_| slot < slots && force_n > MIN_FORCE_N) else {
                 continue;
             };
             forces[slot] = force_n;

@@ -1,20 +1,29 @@
-//! Which forces go back to the simulation (the paper's algorithm, Step 3), and when they are known.
+//! Which forces go back to the simulation (Barbagli et al. 2003, algorithm, Step 3), and when they are known.
 
 use cotouch_scene::scene::ReturnedForce;
+use cotouch_scene::time::Schedule;
+use cotouch_world::local::LocalFinger;
 use glam::DVec3;
 
-use super::contacts::SoftContacts;
-use super::{SlowContact, SlowInput, SoftHostState};
-use crate::contacts::Touching;
+use super::input::{SlowContact, SlowInput};
+use super::state::SoftHostState;
 
-impl SoftContacts {
+/// Which forces of a slow period go back to the simulation.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Returned {
+    pub(super) which: ReturnedForce,
+    /// Which tick begins which period of the slow simulation.
+    pub(super) schedule: Schedule,
+}
+
+impl Returned {
     /// Adds the forces on fingers (N) of one tick to those of its period; what the simulation is told after this tick, if
     /// anything. A period whose last tick was left out is told at the next.
     pub(super) fn sum_up(
         &self,
         soft: &mut SoftHostState,
         tick: u64,
-        fingers: &[Touching],
+        fingers: &[LocalFinger],
         forces: &[DVec3],
     ) -> Option<SlowInput> {
         let period = self.schedule.last_step_at(tick);
@@ -25,18 +34,18 @@ impl SoftContacts {
             soft.returned_n.fill(DVec3::ZERO);
         }
         self.add(soft, fingers, forces);
-        let is_known = match self.model.returned_force {
+        let is_known = match self.which {
             ReturnedForce::First => true,
             ReturnedForce::Mean | ReturnedForce::Last => self.schedule.tick_of_step(period + 1) == tick + 1,
         };
         if is_known { self.tell(soft, fingers).or(late) } else { late }
     }
 
-    fn add(&self, soft: &mut SoftHostState, fingers: &[Touching], forces: &[DVec3]) {
+    fn add(&self, soft: &mut SoftHostState, fingers: &[LocalFinger], forces: &[DVec3]) {
         let is_first = soft.returned_ticks == 0;
         for ((returned, finger), &force) in soft.returned_n.iter_mut().zip(fingers).zip(forces) {
             let on_body = -finger.fade * force;
-            match self.model.returned_force {
+            match self.which {
                 ReturnedForce::First if is_first => *returned = on_body,
                 ReturnedForce::First => {}
                 ReturnedForce::Mean => *returned += on_body,
@@ -47,12 +56,12 @@ impl SoftContacts {
     }
 
     /// What is known of the present period, once.
-    fn tell(&self, soft: &mut SoftHostState, fingers: &[Touching]) -> Option<SlowInput> {
+    fn tell(&self, soft: &mut SoftHostState, fingers: &[LocalFinger]) -> Option<SlowInput> {
         if soft.told || soft.returned_ticks == 0 {
             return None;
         }
         soft.told = true;
-        let share = match self.model.returned_force {
+        let share = match self.which {
             ReturnedForce::Mean => 1.0 / f64::from(soft.returned_ticks),
             ReturnedForce::First | ReturnedForce::Last => 1.0,
         };

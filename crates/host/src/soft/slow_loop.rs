@@ -6,21 +6,17 @@ use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::{PointForce, SoftBody, SoftError, soft_body};
-use cotouch_world::proxy::MeshSurface;
+use cotouch_world::MeshSurface;
 use glam::DVec3;
 
+use super::frame::SlowFrame;
+use super::input::SlowInput;
 use super::stiffness::Stiffness;
-use super::{SlowFrame, SlowInput};
 
 /// Most frames that are kept to be used again: as many as ticks, displays and recorders may hold at a time.
-const MOST_KEPT: usize = 16;
+const MAX_KEPT: usize = 16;
 
 /// The slow simulation of one host, and what it says of the body's stiffness at every finger. A clone is independent.
-///
-/// K_o of finger i is `1/(λ·c_i)`: `c_i` is the largest eigenvalue of its own compliance `W_ii`, and `λ` that of the joint
-/// compliance `W` of all fingers that touch or are near in units of their own, `D^−½·W·D^−½` with `D` made of the `c_i·I`.
-/// Gains `K_i = r·K_o,i` then have `K·W` with all eigenvalues at most `r`, as one contact of ratio `r` has, and a finger at
-/// a stiff place does not grow soft because another is at a soft one.
 pub struct SlowLoop {
     body: Box<dyn SoftBody>,
     /// The surface with its history: every frame has a copy.
@@ -127,7 +123,7 @@ impl SlowLoop {
             self.body.stress_pa(&mut frame.stress_pa);
             self.stiffness.tell(frame, input);
         }
-        if self.frames.len() < MOST_KEPT {
+        if self.frames.len() < MAX_KEPT {
             self.frames.push(frame.clone());
         }
         frame

@@ -1,17 +1,19 @@
 //! How stiff the body is where it is touched: the joint compliance of all contacts, and K_o.
 //!
-//! K_o of a contact, about rest, is its stiffness in its softest direction; several soften each other ([`super::SlowLoop`]).
+//! K_o of a contact, about rest, is its stiffness in its softest direction; several soften each other
+//! ([`cotouch_soft::contact_stiffnesses`]).
 
 use arrayvec::ArrayVec;
 use cotouch_scene::limits::{MAX_FINGERS, MAX_SOFT_CONTACTS};
-use cotouch_scene::scene::{LocalModelKind, Scene, StiffnessFrom};
-use cotouch_soft::{MaterialPoint, SoftBody};
-use cotouch_world::proxy::MeshSurface;
+use cotouch_scene::scene::{Finger, Scene, StiffnessFrom};
+use cotouch_soft::{MaterialPoint, SoftBody, contact_stiffnesses};
+use cotouch_world::MeshSurface;
+use cotouch_world::local::local_law;
 use glam::DVec3;
-use nalgebra::DMatrix;
 
 use super::estimate::Estimate;
-use super::{SlowFrame, SlowInput};
+use super::frame::SlowFrame;
+use super::input::{SlowContact, SlowInput};
 
 /// Fingers within so many radii of the surface are near.
 const NEAR_RADII: f64 = 3.0;
@@ -48,9 +50,7 @@ impl Stiffness {
     /// Before the session: of all fingers, each where it is nearest to.
     pub(super) fn new(scene: &Scene, body: &dyn SoftBody, surface: &MeshSurface) -> Self {
         let starts = scene.users.iter().flat_map(|user| user.fingers.iter().take(MAX_FINGERS));
-        let place = |(slot, finger): (u8, &cotouch_scene::scene::Finger)| {
-            Some((slot, nearest(surface, finger.position_m)?.0))
-        };
+        let place = |(slot, finger): (u8, &Finger)| Some((slot, nearest(surface, finger.position_m)?.0));
         let places: Places = (0..).zip(starts).filter_map(place).take(MAX_SOFT_CONTACTS).collect();
         let mut stiffness = Self {
             near_m: (NEAR_RADII * scene.hand.finger_radius_m).max(NEAR_M),
@@ -60,7 +60,7 @@ impl Stiffness {
             ko_of_slots_n_per_m: [0.0; MAX_SOFT_CONTACTS],
             least_ko_n_per_m: 0.0,
             estimate: None,
-            needs_compliance: scene.local_model.kind == LocalModelKind::Compliance,
+            needs_compliance: local_law(scene.local_model.kind).needs().joint_compliance,
         };
         let estimates = scene.local_model.stiffness_from == StiffnessFrom::Estimate;
         if !estimates || stiffness.needs_compliance {
@@ -126,7 +126,7 @@ impl Stiffness {
     }
 
     fn touched_or_near(&self, surface: &MeshSurface, input: &SlowInput) -> Places {
-        let place = |contact: &super::SlowContact| {
+        let place = |contact: &SlowContact| {
             let near = || {
                 let is_near = surface.distance_at_least(contact.centre_m) <= self.near_m;
                 let (point, distance_m) = is_near.then(|| nearest(surface, contact.centre_m)).flatten()?;
@@ -149,13 +149,9 @@ impl Stiffness {
 
     fn ask(&mut self, body: &dyn SoftBody, places: Places) {
         let points: Vec<MaterialPoint> = places.iter().map(|place| place.1).collect();
-        let Some(compliance) =
-            body.compliance(&points).filter(|matrix| !points.is_empty() && is_sound(matrix))
-        else {
-            return;
-        };
+        let Some(compliance) = body.compliance(&points).filter(|_| !points.is_empty()) else { return };
+        let Some(ko_n_per_m) = contact_stiffnesses(&compliance) else { return };
         if self.estimate.is_none() {
-            let ko_n_per_m = stiffnesses(&compliance);
             self.least_ko_n_per_m = ko_n_per_m.iter().copied().fold(f64::INFINITY, f64::min);
             for ((slot, _), ko_n_per_m) in places.iter().zip(ko_n_per_m) {
                 self.ko_of_slots_n_per_m[usize::from(*slot)] = ko_n_per_m;
@@ -165,30 +161,6 @@ impl Stiffness {
         self.compliance.extend(compliance.transpose().iter());
         self.places = places;
     }
-}
-
-/// K_o of every contact of a joint compliance, three rows each, N/m.
-fn stiffnesses(compliance: &DMatrix<f64>) -> Vec<f64> {
-    let own =
-        |contact: usize| largest_eigenvalue(&compliance.view((3 * contact, 3 * contact), (3, 3)).into());
-    let own: Vec<f64> = (0..compliance.nrows() / 3).map(own).collect();
-    let in_own_units = DMatrix::from_fn(compliance.nrows(), compliance.ncols(), |row, column| {
-        compliance[(row, column)] / (own[row / 3] * own[column / 3]).sqrt()
-    });
-    let joint = largest_eigenvalue(&in_own_units);
-    own.iter().map(|own| 1.0 / (joint * own)).collect()
-}
-
-fn is_sound(compliance: &DMatrix<f64>) -> bool {
-    let gives_way =
-        |contact: usize| (0..3).any(|axis| compliance[(3 * contact + axis, 3 * contact + axis)] > 0.0);
-    compliance.iter().all(|entry| entry.is_finite()) && (0..compliance.nrows() / 3).all(gives_way)
-}
-
-/// Of the symmetric part.
-pub(super) fn largest_eigenvalue(matrix: &DMatrix<f64>) -> f64 {
-    let symmetric = (matrix + matrix.transpose()) * 0.5;
-    symmetric.symmetric_eigenvalues().iter().copied().fold(0.0, f64::max)
 }
 
 /// The surface's point nearest to `centre`, and how far (m) it is.

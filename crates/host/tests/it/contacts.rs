@@ -7,9 +7,8 @@ use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 
 const CLIENT: HostIndex = HostIndex(1);
@@ -43,7 +42,7 @@ fn coupled(model: &HostModel, peer: HostIndex) -> HostState {
 fn forces(packet: &StatePacket) -> Vec<DVec3> {
     let force = |entry: &Entry| match entry {
         Entry::Force { wrench, .. } => Some(wrench.force),
-        Entry::Hand { .. } | Entry::Object { .. } => None,
+        Entry::Hand { .. } | Entry::Object { .. } | Entry::Channel { .. } => None,
     };
     packet.entries.iter().filter_map(force).collect()
 }
@@ -166,7 +165,7 @@ fn a_grasp_at_a_peer_goes_through_its_phases_and_pushes_the_box_alike_from_both_
     // Away again: free, and nothing is left of it.
     let output = model.tick(&mut state, 40, &pressed(&scene, HostIndex::FIRST, -0.1));
     assert!(output.contacts.is_empty() && output.device.iter().all(|wrench| wrench.force == DVec3::ZERO));
-    assert!(state.contacts.iter().all(|contact| contact.phase == Phase::Free));
+    assert!(state.contacts.all.iter().all(|contact| contact.phase == Phase::Free));
 }
 
 #[test]

@@ -7,7 +7,6 @@ use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 
 struct Hand2Hand {
@@ -39,7 +38,7 @@ impl Hand2Hand {
             (0..users).map(|host| self.models[host].step_due(&self.states[host], tick)).collect();
         for from in 0..users {
             let Some(step) = steps[from] else { continue };
-            let Some(packet) = self.models[from].sample(&self.states[from], step, &readings[from]) else {
+            let Some(packet) = self.models[from].sample(&mut self.states[from], step, &readings[from]) else {
                 continue;
             };
             for to in 0..users {

@@ -252,7 +252,7 @@ fn a_server_returns_the_force_that_its_tick_finds() {
             let Some(told) = told else { continue };
             let force = told.entries.iter().find_map(|entry| match entry {
                 Entry::Force { wrench, .. } => Some(wrench.force),
-                Entry::Hand { .. } | Entry::Object { .. } => None,
+                Entry::Hand { .. } | Entry::Object { .. } | Entry::Channel { .. } => None,
             });
             let found = rig.state.soft.contacts[1].force;
             assert_eq!(force, Some(found), "{kind} at tick {tick}");

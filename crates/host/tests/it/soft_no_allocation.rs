@@ -2,6 +2,7 @@
 
 use crate::common::{BLOCK, Rig, scene};
 use cotouch_scene::geometry::{Reading, Readings};
+use cotouch_testkit::scenes::local_model_kinds;
 use cotouch_testkit::{allocations, deallocations};
 use glam::DVec3;
 
@@ -14,7 +15,7 @@ fn calls(act: impl FnOnce()) -> u64 {
 
 #[test]
 fn a_tick_allocates_nothing_and_frees_nothing() {
-    for kind in ["hold", "p", "pi", "compliance"] {
+    for kind in local_model_kinds() {
         for hold in ["zero", "first"] {
             let overrides = [format!("local_model.kind={kind}"), format!("local_model.hold={hold}")];
             let mut rig = Rig::new(&scene(BLOCK, &overrides.each_ref().map(String::as_str)));

@@ -5,7 +5,6 @@ use cotouch_host::soft::SlowInput;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::{Override, Scene, load};
 use cotouch_testkit::built_in;
 use glam::DVec3;
 

@@ -6,7 +6,7 @@ use cotouch_net::wire::{
     HEADER_BYTES, MAX_DATAGRAM, WireError, decode_control, decode_state, encode_control, encode_state, open,
 };
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::limits::MAX_ENTRIES;
+use cotouch_scene::limits::{MAX_ENTRIES, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use glam::{DQuat, DVec3};
@@ -41,6 +41,8 @@ fn entry() -> impl Strategy<Value = Entry> {
         }),
         (any::<u8>(), vector(), vector())
             .prop_map(|(point, force, torque)| Entry::Force { point, wrench: Wrench { force, torque } }),
+        (0..MAX_USERS as u8, any::<u8>(), proptest::array::uniform4(vector()))
+            .prop_map(|(to, object, vectors)| Entry::Channel { to: HostIndex(to), object, vectors }),
     ]
 }
 
@@ -102,7 +104,7 @@ proptest! {
         mut bytes in proptest::collection::vec(any::<u8>(), 0..1300),
         kind in 0u8..6,
         count in 0u8..12,
-        tags in proptest::collection::vec(0u8..5, 12),
+        tags in proptest::collection::vec(0u8..6, 12),
     ) {
         let _ = decode_state(&bytes);
         let _ = decode_control(&bytes);
@@ -135,8 +137,12 @@ proptest! {
     ) {
         let mut bytes = encoded(&packet);
         prop_assume!(!packet.entries.is_empty());
-        let numbers = if matches!(packet.entries[0], Entry::Force { .. }) { 6 } else { 13 };
-        let at = 42 + 8 * (which % numbers);
+        let (first, numbers) = match packet.entries[0] {
+            Entry::Force { .. } => (42, 6),
+            Entry::Channel { .. } => (43, 12),
+            Entry::Hand { .. } | Entry::Object { .. } => (42, 13),
+        };
+        let at = first + 8 * (which % numbers);
         bytes[at..at + 8].copy_from_slice(&bad.to_le_bytes());
         reseal(&mut bytes);
         prop_assert_eq!(decode_state(&bytes), Err(WireError::NotFinite { entry: 0 }));
@@ -151,6 +157,13 @@ fn the_largest_packet_fits() {
     let mut short = [0; 1099];
     let refused = encode_state(3, HostIndex(2), SessionTime(0), &packet, &mut short);
     assert_eq!(refused, Err(WireError::Length { found: 1099, expected: 1100 }));
+}
+
+#[test]
+fn a_channel_to_a_host_that_no_session_has_is_refused() {
+    let entry = Entry::Channel { to: HostIndex(MAX_USERS as u8), object: 0, vectors: Default::default() };
+    let packet = StatePacket { step: 1, entries: [entry].into_iter().collect() };
+    assert_eq!(decode_state(&encoded(&packet)), Err(WireError::Recipient { entry: 0, found: 16 }));
 }
 
 #[test]

@@ -2,12 +2,12 @@
 
 use arrayvec::ArrayVec;
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::packet::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
+use cotouch_scene::limits::MAX_CHANNEL_VECTORS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
-use cotouch_world::contact::Phase;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::{BodyState, Phase};
 use glam::{DQuat, DVec3};
 use prost::Message;
 
@@ -150,8 +150,26 @@ fn entry(message: &types::Entry) -> Result<Entry, MalformedMessage> {
             point: byte("haptic interface point", force.point)?,
             wrench: wrench(force.wrench),
         }),
-        None => Err(MalformedMessage::Missing("a packet's entry that is neither hand, object nor force")),
+        Some(types::entry::Kind::Channel(channel)) => Ok(Entry::Channel {
+            to: host(channel.to_host)?,
+            object: byte("object", channel.object)?,
+            vectors: channel_vectors(&channel.vectors)?,
+        }),
+        None => {
+            Err(MalformedMessage::Missing("a packet's entry that is neither hand, object, force nor channel"))
+        }
     }
+}
+
+fn channel_vectors(numbers: &[f64]) -> Result<ChannelVectors, MalformedMessage> {
+    let (vectors, rest) = numbers.as_chunks();
+    let vectors: &[[f64; 3]; 2 * MAX_CHANNEL_VECTORS] =
+        vectors
+            .try_into()
+            .ok()
+            .filter(|_| rest.is_empty())
+            .ok_or(MalformedMessage::Missing("a channel's entry with more or fewer vectors than it has"))?;
+    Ok(vectors.map(DVec3::from_array))
 }
 
 fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {

@@ -4,7 +4,7 @@ use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 use prost::Message;
 
@@ -167,6 +167,11 @@ fn entry_kind(entry: &Entry) -> types::entry::Kind {
         Entry::Force { point, wrench: rendered } => {
             types::entry::Kind::Force(types::Force { point: u32::from(*point), wrench: wrench(rendered) })
         }
+        Entry::Channel { to, object, vectors } => types::entry::Kind::Channel(types::Channel {
+            to_host: number(*to),
+            object: u32::from(*object),
+            vectors: vectors.iter().flat_map(|vector| vector.to_array()).collect(),
+        }),
     }
 }
 

@@ -12,8 +12,7 @@ use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::{MAX_CONTACTS, MAX_ENTRIES};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::{Rate, SessionTime};
-use cotouch_world::contact::Phase;
-use cotouch_world::rigid::BodyState;
+use cotouch_world::{BodyState, Phase};
 use glam::{DQuat, DVec3};
 use proptest::collection::vec;
 use proptest::option;
@@ -146,6 +145,8 @@ fn any_entry() -> impl Strategy<Value = Entry> {
             twist
         }),
         (any::<u8>(), any_wrench()).prop_map(|(point, wrench)| Entry::Force { point, wrench }),
+        (0..16_u8, any::<u8>(), prop::array::uniform4(any_vector()))
+            .prop_map(|(to, object, vectors)| Entry::Channel { to: HostIndex(to), object, vectors }),
     ]
 }
 

@@ -13,9 +13,8 @@ use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::{Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
-use cotouch_world::contact::Phase;
+use cotouch_world::Phase;
 use glam::DVec3;
 
 fn grasp(architecture: &str, more: &[&str]) -> Scene {

@@ -14,9 +14,9 @@ use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::Transport;
 use cotouch_runtime::{slow, slow_thread};
+use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::{allocations, built_in, deallocations};
 
 #[test]

@@ -221,7 +221,7 @@ fn other_layouts_are_named() {
     let at = other.windows(key.len()).position(|window| window == key).unwrap();
     other[at + key.len()] = b'9';
     let error = Recording::read(&other[..]).unwrap_err().to_string();
-    assert!(error.contains("found layout \"9\", expected layout \"3\""), "{error}");
+    assert!(error.contains("found layout \"9\", expected layout \"4\""), "{error}");
 }
 
 #[test]

@@ -9,7 +9,6 @@ use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::{Replayed, replay};
 use cotouch_runtime::summary::Summary;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 
 pub(crate) const ARCHITECTURES: [&str; 2] = ["distributed", "centralized"];

@@ -9,7 +9,6 @@ use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::session_handle::SessionHandle;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 
 fn real_scene(name: &str, settings: &[&str]) -> Scene {

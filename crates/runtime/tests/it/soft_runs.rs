@@ -16,7 +16,6 @@ use cotouch_runtime::virtual_run;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
 use cotouch_testkit::built_in;
 
 /// A small block, so that a test is quick.

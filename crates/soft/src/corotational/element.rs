@@ -19,7 +19,7 @@ const PAIRS: [(usize, usize); 10] =
     [(0, 0), (1, 1), (2, 2), (3, 3), (0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)];
 
 /// Where two stretches sum to less than this, the derivative of the rotation is not used as it is: it grows without bound.
-const LEAST_STRETCH_SUM: f64 = 0.1;
+const MIN_STRETCH_SUM: f64 = 0.1;
 
 /// Lamé's constants, Pa.
 #[derive(Clone, Copy, Debug)]
@@ -140,12 +140,12 @@ impl Deformed {
     fn turning(&self, material: Material, kind: Tangent) -> DMat3 {
         let factor = material.lambda_pa * (trace(self.stretch) - 3.0) - 2.0 * material.mu_pa;
         let sums = DMat3::from_diagonal(DVec3::splat(trace(self.stretch))) - self.stretch;
-        if kind == Tangent::Exact && positive_above(sums, LEAST_STRETCH_SUM) {
+        if kind == Tangent::Exact && positive_above(sums, MIN_STRETCH_SUM) {
             return sums.inverse() * factor;
         }
         let (sums, vectors) = symmetric_eigen(sums);
         let least = if kind == Tangent::Exact { f64::NEG_INFINITY } else { -material.mu_pa };
-        let values = sums.max(DVec3::splat(LEAST_STRETCH_SUM)).recip() * factor;
+        let values = sums.max(DVec3::splat(MIN_STRETCH_SUM)).recip() * factor;
         vectors * DMat3::from_diagonal(values.max(DVec3::splat(least))) * vectors.transpose()
     }
 }

@@ -2,9 +2,16 @@
 
 use glam::{DMat3, DVec3};
 
-use super::Constants;
-use super::element::Deformed;
+use super::element::{Deformed, Element, Material};
 use super::rotation::{nearest_rotation, norm_squared};
+use crate::factor::Symbolic;
+
+/// The elements of a body, all of one material.
+#[derive(Debug)]
+pub(super) struct Elements {
+    pub(super) list: Vec<Element>,
+    pub(super) material: Material,
+}
 
 /// Rotation and stretch of every element, and what they store.
 #[derive(Clone, Debug)]
@@ -14,28 +21,34 @@ pub(super) struct Evaluation {
 }
 
 impl Evaluation {
-    pub(super) fn new(constants: &Constants, positions_m: &[DVec3]) -> Self {
+    pub(super) fn new(elements: &Elements, positions_m: &[DVec3]) -> Self {
         let mut evaluation = Self { deformed: Vec::new(), energy_j: 0.0 };
-        evaluation.update(constants, positions_m);
+        evaluation.update(elements, positions_m);
         evaluation
     }
 
-    pub(super) fn update(&mut self, constants: &Constants, positions_m: &[DVec3]) {
+    pub(super) fn update(&mut self, elements: &Elements, positions_m: &[DVec3]) {
         self.deformed.clear();
         self.energy_j = 0.0;
-        for element in &constants.elements {
+        for element in &elements.list {
             let deformed = element.deformed(positions_m);
-            self.energy_j += element.energy_j(constants.material, &deformed);
+            self.energy_j += element.energy_j(elements.material, &deformed);
             self.deformed.push(deformed);
         }
     }
 
     /// Adds the elastic forces times `factor` to a vector of the free coordinates.
-    pub(super) fn add_forces(&self, constants: &Constants, factor: f64, vector: &mut [f64]) {
-        for (element, deformed) in constants.elements.iter().zip(&self.deformed) {
-            let forces = element.forces_n(constants.material, deformed);
+    pub(super) fn add_forces(
+        &self,
+        elements: &Elements,
+        symbolic: &Symbolic,
+        factor: f64,
+        vector: &mut [f64],
+    ) {
+        for (element, deformed) in elements.list.iter().zip(&self.deformed) {
+            let forces = element.forces_n(elements.material, deformed);
             for (&node, force) in element.nodes.iter().zip(forces) {
-                let Some(position) = constants.symbolic.position(node) else { continue };
+                let Some(position) = symbolic.position(node) else { continue };
                 for (sum, part) in vector[3 * position..].iter_mut().zip(force.to_array()) {
                     *sum += factor * part;
                 }
@@ -44,12 +57,17 @@ impl Evaluation {
     }
 
     /// How the elements around each free node are turned in the mean, in the order of elimination.
-    pub(super) fn node_rotations(&self, constants: &Constants, rotations: &mut Vec<DMat3>) {
+    pub(super) fn node_rotations(
+        &self,
+        elements: &Elements,
+        symbolic: &Symbolic,
+        rotations: &mut Vec<DMat3>,
+    ) {
         rotations.clear();
-        rotations.resize(constants.symbolic.free_nodes(), DMat3::ZERO);
-        for (element, deformed) in constants.elements.iter().zip(&self.deformed) {
+        rotations.resize(symbolic.free_nodes(), DMat3::ZERO);
+        for (element, deformed) in elements.list.iter().zip(&self.deformed) {
             let part = deformed.rotation * element.volume_m3;
-            for position in element.nodes.iter().filter_map(|&node| constants.symbolic.position(node)) {
+            for position in element.nodes.iter().filter_map(|&node| symbolic.position(node)) {
                 rotations[position] += part;
             }
         }

@@ -11,13 +11,13 @@
 
 use glam::DVec3;
 
-use super::Corotational;
+use super::body::Corotational;
 use super::element::Tangent;
-use super::solver::{add_multiple, dot};
-use crate::body::{PointForce, SoftState};
+use crate::point::PointForce;
+use crate::vector::{add_multiple, dot};
 
 /// How often a step is halved before it is given up.
-const MOST_HALVINGS: u32 = 60;
+const MAX_HALVINGS: u32 = 60;
 
 /// What a period starts from, in the free coordinates.
 struct Start {
@@ -65,7 +65,12 @@ impl Corotational {
     /// Φ's gradient at `velocities`, where the present evaluation is.
     fn gradient(&mut self, start: &Start, velocities: &[f64]) -> Vec<f64> {
         let mut gradient = self.quadratic_gradient(start, velocities);
-        self.present.add_forces(&self.constants, -self.constants.period_s, &mut gradient);
+        self.present.add_forces(
+            &self.constants.elements,
+            &self.constants.symbolic,
+            -self.constants.period_s,
+            &mut gradient,
+        );
         gradient
     }
 
@@ -98,7 +103,11 @@ impl Corotational {
     /// element's positive part. In the first iteration the stiffness is also that of the damper.
     fn newton_direction(&mut self, first: bool, gradient: &[f64], direction: &mut [f64]) -> bool {
         if self.solver.uses_rotations() {
-            self.present.node_rotations(&self.constants, &mut self.solver.rotations);
+            self.present.node_rotations(
+                &self.constants.elements,
+                &self.constants.symbolic,
+                &mut self.solver.rotations,
+            );
         }
         for kind in [Tangent::Exact, Tangent::Positive] {
             self.assemble(kind);
@@ -114,18 +123,6 @@ impl Corotational {
         false
     }
 
-    /// `(1 + h·α)·M + h·β·K₀ + h²·K`.
-    pub(super) fn fill_system(&mut self) {
-        let constants = &*self.constants;
-        let h = constants.period_s;
-        let inertia = 1.0 + h * constants.mass_damping_per_s;
-        let matrix = &mut self.solver.matrix;
-        matrix.set_to_sum((h * h, &self.stiffness), (h * constants.stiffness_damping_s, &self.damper));
-        for (position, mass) in constants.free_mass_kg.iter().step_by(3).enumerate() {
-            matrix.add_to_diagonal(position, inertia * mass);
-        }
-    }
-
     /// Goes along `descent` as far as Φ falls. Returns whether there was such a step.
     fn go_downhill(
         &mut self,
@@ -139,7 +136,7 @@ impl Corotational {
         let curvature = dot(&self.quadratic(descent), descent);
         let elastic_before = self.present.energy_j;
         let mut part = 1.0;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             let mut velocities = reached.clone();
             add_multiple(&mut velocities, part, descent);
             self.try_velocities(start, &velocities);
@@ -167,14 +164,14 @@ impl Corotational {
             let node = node as usize;
             self.state.positions_m[node] = start.positions_m[node] + h * DVec3::from_array(*velocity);
         }
-        self.trial.update(&constants, &self.state.positions_m);
+        self.trial.update(&constants.elements, &self.state.positions_m);
     }
 
     /// Ends the period with the velocities, or with a part of them that does not make energy from nothing.
     fn arrive(&mut self, start: &Start, mut velocities: Vec<f64>) {
         let constants = self.constants.clone();
         let before = start.elastic_j + start.kinetic_j;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             let kinetic = constants.kinetic_j(&velocities);
             let work = dot(&start.impulse, &velocities);
             let after = self.present.energy_j + kinetic;
@@ -193,22 +190,6 @@ impl Corotational {
     fn rest_at(&mut self, positions_m: &[DVec3]) {
         self.state.positions_m.copy_from_slice(positions_m);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
-        self.present.update(&self.constants, &self.state.positions_m);
-    }
-
-    /// Takes another state over, as far as it is finite; fixed nodes stay.
-    pub(super) fn place(&mut self, state: &SoftState) {
-        let constants = self.constants.clone();
-        let (positions, velocities) = (&state.positions_m, &state.velocities_m_per_s);
-        for &node in constants.symbolic.order() {
-            let node = node as usize;
-            if let Some(position) = positions.get(node).filter(|position| position.is_finite()) {
-                self.state.positions_m[node] = *position;
-            }
-            let velocity = velocities.get(node).filter(|velocity| velocity.is_finite());
-            self.state.velocities_m_per_s[node] = velocity.copied().unwrap_or(DVec3::ZERO);
-        }
-        self.present.update(&constants, &self.state.positions_m);
-        self.solver.forget();
+        self.present.update(&self.constants.elements, &self.state.positions_m);
     }
 }

@@ -2,16 +2,17 @@
 
 use glam::DVec3;
 
-use super::Corotational;
+use super::body::Corotational;
 use super::element::Tangent;
-use super::solver::dot;
-use crate::body::{PointForce, SoftError};
+use crate::body::SoftError;
 use crate::linear::LinearBody;
+use crate::point::PointForce;
+use crate::vector::dot;
 
 /// Newton steps after which an equilibrium counts as not found.
-const MOST_STEPS: u32 = 300;
+const MAX_STEPS: u32 = 300;
 /// Newton steps of a quasi-static period.
-const MOST_QUASI_STATIC_STEPS: u32 = 30;
+const MAX_QUASI_STATIC_STEPS: u32 = 30;
 /// A Newton step shorter than this part of the body's size ends the search.
 const SETTLED: f64 = 1e-13;
 /// One that rounding keeps from going further may be so long.
@@ -19,7 +20,7 @@ const NEARLY_SETTLED: f64 = 1e-8;
 /// A step may move no node further than this part of the body's size.
 const LONGEST: f64 = 0.5;
 /// How often a step is halved before it is given up.
-const MOST_HALVINGS: u32 = 40;
+const MAX_HALVINGS: u32 = 40;
 
 impl Corotational {
     /// Moves to the static equilibrium under the forces.
@@ -29,7 +30,7 @@ impl Corotational {
         }
         let before = self.state.clone();
         let external = self.constants.external_forces(forces);
-        let found = self.descend(&external, MOST_STEPS);
+        let found = self.descend(&external, MAX_STEPS);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
         found.inspect_err(|_| self.place(&before))
     }
@@ -37,20 +38,20 @@ impl Corotational {
     /// As far towards the equilibrium as a bounded number of Newton steps goes.
     pub(super) fn quasi_static_period(&mut self, forces: &[PointForce]) {
         let external = self.constants.external_forces(forces);
-        let most_steps = MOST_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
+        let max_steps = MAX_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
         // Not arriving is no failure: the next period goes on from there.
-        let _ = self.descend(&external, most_steps);
+        let _ = self.descend(&external, max_steps);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
     }
 
     /// Newton's method downhill on `E(x) − fᵀx`.
-    fn descend(&mut self, external: &[f64], most_steps: u32) -> Result<(), SoftError> {
+    fn descend(&mut self, external: &[f64], max_steps: u32) -> Result<(), SoftError> {
         let mut step = vec![0.0; external.len()];
         let mut longest = f64::INFINITY;
         self.solver.forget();
-        for _ in 0..most_steps {
+        for _ in 0..max_steps {
             let mut force = external.to_vec();
-            self.present.add_forces(&self.constants, 1.0, &mut force);
+            self.present.add_forces(&self.constants.elements, &self.constants.symbolic, 1.0, &mut force);
             if !self.static_direction(&force, &mut step) {
                 return Err(SoftError::NoEquilibrium("the deformed body has no stiffness somewhere".into()));
             }
@@ -68,7 +69,7 @@ impl Corotational {
         if longest <= NEARLY_SETTLED * self.constants.size_m {
             return Ok(());
         }
-        let after = format!("after {most_steps} steps the next one is {longest:.1e} m");
+        let after = format!("after {max_steps} steps the next one is {longest:.1e} m");
         Err(SoftError::NoEquilibrium(after))
     }
 
@@ -90,12 +91,12 @@ impl Corotational {
         let start = self.state.positions_m.clone();
         let (slope, work) = (dot(force, step), dot(external, step));
         let mut part = 1.0;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             for (&node, moved) in constants.symbolic.order().iter().zip(step.as_chunks::<3>().0) {
                 let node = node as usize;
                 self.state.positions_m[node] = start[node] + part * DVec3::from_array(*moved);
             }
-            self.trial.update(&constants, &self.state.positions_m);
+            self.trial.update(&constants.elements, &self.state.positions_m);
             let change = self.trial.energy_j - self.present.energy_j - part * work;
             let size = self.trial.energy_j + self.present.energy_j + (part * work).abs();
             if change <= -1e-4 * part * slope + constants.rounding_j(size) {

@@ -7,19 +7,20 @@
 use glam::{DMat3, DVec3, Vec3};
 
 use crate::factor::{BlockMatrix, Factor, FactorOf, NotPositive};
+use crate::vector::{add_multiple, dot};
 
 /// The error that remains, as a part of the solution, both measured by the matrix itself.
 const TOLERANCE: f64 = 1e-6;
 
 /// After so many steps with an old factor a new one is made.
-const MOST_STEPS_WITH_OLD: u64 = 8;
+const MAX_STEPS_WITH_OLD: u64 = 8;
 
 /// A factor with which this many steps were needed is made anew, if it has served for so many solutions.
 const WORN_STEPS: u64 = 6;
-const LEAST_SERVICE: u64 = 10;
+const MIN_SERVICE: u64 = 10;
 
 /// After so many steps with a factor of the same matrix seven digits are too few.
-const MOST_STEPS: u64 = 20;
+const MAX_STEPS: u64 = 20;
 
 /// Bodies with at most so many coordinates are small.
 const SMALL: usize = 400;
@@ -97,15 +98,15 @@ impl Solver {
         if !self.uses_rotations() {
             return self.solve_exactly(right, solution);
         }
-        let worn = self.last_steps >= WORN_STEPS && self.service >= LEAST_SERVICE;
-        if self.rough_is_usable && !worn && self.iterate(right, solution, MOST_STEPS_WITH_OLD) {
+        let worn = self.last_steps >= WORN_STEPS && self.service >= MIN_SERVICE;
+        if self.rough_is_usable && !worn && self.iterate(right, solution, MAX_STEPS_WITH_OLD) {
             return Ok(());
         }
         self.factorisations += 1;
         self.rough_is_usable = self.rough.refactor(&self.matrix).is_ok();
         self.rotations_then.clone_from(&self.rotations);
         self.service = 0;
-        if self.rough_is_usable && self.iterate(right, solution, MOST_STEPS) {
+        if self.rough_is_usable && self.iterate(right, solution, MAX_STEPS) {
             return Ok(());
         }
         self.rough_is_usable = false;
@@ -126,14 +127,14 @@ impl Solver {
     /// Conjugate gradients, in the form that bears a preconditioner of few digits. Returns whether they converged: every step
     /// brings the solution nearer by `contribution` (in the matrix's own measure, squared); what later ones would bring is
     /// judged by how fast contributions fall.
-    fn iterate(&mut self, right: &[f64], solution: &mut [f64], most_steps: u64) -> bool {
+    fn iterate(&mut self, right: &[f64], solution: &mut [f64], max_steps: u64) -> bool {
         solution.fill(0.0);
         self.residual.copy_from_slice(right);
         self.direction.fill(0.0);
         self.service += 1;
         let (mut keep, mut size, mut total) = (0.0, 0.0, 0.0);
         let mut last_contribution = None;
-        for step in 1..=most_steps {
+        for step in 1..=max_steps {
             self.last_steps = step;
             self.precondition();
             let before = std::mem::replace(&mut size, dot(&self.residual, &self.preconditioned));
@@ -193,15 +194,5 @@ impl Solver {
             *part = forth.to_array();
         }
         self.solutions += 1;
-    }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
-}
-
-pub(super) fn add_multiple(sum: &mut [f64], factor: f64, vector: &[f64]) {
-    for (sum, part) in sum.iter_mut().zip(vector) {
-        *sum += factor * part;
     }
 }

@@ -38,6 +38,13 @@ impl BlockMatrix {
         self.blocks[slot.block as usize] += if slot.turned { block.transpose() } else { block };
     }
 
+    /// Adds a block that joins two nodes, and its transpose on the other side of the diagonal; nothing if one is fixed.
+    pub(crate) fn add_pair(&mut self, row: u32, column: u32, block: DMat3) {
+        if let Some(slot) = self.symbolic.slot(row, column) {
+            self.add(slot, block);
+        }
+    }
+
     /// Adds a multiple of the identity to the diagonal block of the node at a position of the order.
     pub fn add_to_diagonal(&mut self, position: usize, value: f64) {
         self.blocks[position] += DMat3::from_diagonal(DVec3::splat(value));

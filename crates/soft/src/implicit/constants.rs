@@ -1,16 +1,16 @@
-//! What does not change in a body, and what follows from it alone.
+//! What does not change in a body, and what follows from it and from where the nodes are.
 
 use std::sync::Arc;
 
 use glam::DVec3;
 use nalgebra::DMatrix;
 
-use super::potential::Potential;
-use super::{Elastic, Parts, dot};
-use crate::body::{MaterialPoint, PointForce, SoftState};
+use super::parts::Parts;
+use crate::elastic::Elastic;
 use crate::enclosed::Enclosed;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
-use crate::linear::LinearBody;
+use crate::point::{MaterialPoint, PointForce};
+use crate::vector::dot;
 
 /// What does not change.
 pub(super) struct Constants<E> {
@@ -99,21 +99,6 @@ impl<E: Elastic> Constants<E> {
         VolumeGradient { gradient, solved, product }
     }
 
-    /// `None` if the body can move without deforming.
-    pub(super) fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
-        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
-        let start =
-            SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
-        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
-        let mut matrix = BlockMatrix::new(self.symbolic.clone());
-        self.fill(&mut matrix, &potential, rest_m, false);
-        if not_held.is_some() || factor.refactor(&matrix).is_err() {
-            return None;
-        }
-        let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
-        Some(RestCompliance { factor, volume })
-    }
-
     /// A field over all nodes without its part on fixed ones.
     pub(super) fn free_part(&self, mut field: Vec<DVec3>) -> Vec<DVec3> {
         field
@@ -137,28 +122,6 @@ impl<E: Elastic> Constants<E> {
         self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
         let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
         diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
-    }
-
-    /// The linearised step about the start of `potential`, whose matrix was exact or not.
-    pub(super) fn linear(&self, potential: &Potential<'_>, exact: bool) -> LinearBody {
-        let stiffness = |positive| {
-            let mut matrix = BlockMatrix::new(self.symbolic.clone());
-            self.add_stiffness(&mut matrix, potential, potential.start_m, positive, 1.0);
-            matrix.entries()
-        };
-        let order = self.symbolic.order();
-        let gradient = |enclosed: &Enclosed| self.symbolic.gather(&enclosed.gradient(potential.start_m));
-        LinearBody {
-            period_s: self.period_s,
-            quasi_static: self.quasi_static,
-            coordinates: order.iter().flat_map(|&node| [0, 1, 2].map(|axis| (node, axis))).collect(),
-            mass_kg: order.iter().flat_map(|&node| [self.parts.mass_kg[node as usize]; 3]).collect(),
-            mass_damping_per_s: self.mass_damping_per_s,
-            stiffness_damping_s: self.stiffness_damping_s,
-            stiffness: stiffness(false),
-            step_stiffness: (!exact).then(|| stiffness(true)),
-            volume_gradient: self.parts.enclosed.as_ref().map(gradient),
-        }
     }
 
     /// The unit forces of a point along x, y and z, in the free coordinates: three columns.

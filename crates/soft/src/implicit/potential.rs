@@ -3,9 +3,15 @@
 use glam::DVec3;
 
 use super::constants::Constants;
-use super::{Elastic, MOST_HALVINGS, ROUNDING, dot};
 use crate::body::SoftState;
+use crate::elastic::Elastic;
 use crate::factor::{BlockMatrix, Factor};
+use crate::vector::dot;
+
+/// How often a step is halved before it is given up.
+pub(super) const MAX_HALVINGS: usize = 40;
+/// Energies that differ by less than this part of themselves count as equal.
+pub(super) const ROUNDING: f64 = 1e-13;
 
 /// Φ has to fall by this part of what its slope promises.
 const SUFFICIENT: f64 = 1e-4;
@@ -177,7 +183,7 @@ impl<E: Elastic> Constants<E> {
         let full = self.scattered(&newton.step);
         let rounding = ROUNDING * (value.abs() + self.parts.elastic.energy_j(from_m).abs());
         let mut part = 1.0;
-        for _ in 0..MOST_HALVINGS {
+        for _ in 0..MAX_HALVINGS {
             let mut to_m: Vec<DVec3> =
                 from_m.iter().zip(&full).map(|(from, step)| *from - part * *step).collect();
             let kept = match (&self.parts.enclosed, &newton.swelling) {

@@ -1,122 +1,112 @@
-//! The joint compliance of all contacts: what the simulation will answer to forces, a period before it does.
-//!
-//! The frame in use was made with forces `f_frame`. Under other forces `f` the surface would be at `x_a + W·(f − f_frame)`,
-//! and every finger is held there by a spring `K_h`:
+//! `compliance`: springs to a surface that gives way by the joint compliance of all contacts, a period before the
+//! simulation does.
 //!
 //! ```text
-//! (1/K_h + W)·f = x_h − o − x_a + W·f_frame = −e + W·f_frame
+//! (1/K_h + W)·f = −e + W·f_frame,   F = −f
 //! ```
 //!
-//! Contacts that would pull are left out, one after the other, and the rest is solved again.
+//! with the forces `f_frame` on the body that the frame in use was made with. A contact of which the frame does not tell
+//! the compliance has a spring alone, as in `p`.
 
-use arrayvec::ArrayVec;
-use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use glam::DVec3;
+use nalgebra::DMatrix;
 
-const MAX_ROWS: usize = 3 * MAX_SOFT_CONTACTS;
+use super::contact::{ContactInput, LocalContact};
+use super::joint::{JointContact, joint_forces};
+use super::law::{Forces, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};
+use super::linear::{LinearLaw, StickingContacts};
 
-/// One of the contacts that are solved together.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct JointContact {
-    /// Its place in W: rows 3·place to 3·place + 2.
-    pub place: usize,
-    /// K_h, N/m.
-    pub stiffness_n_per_m: f64,
-    /// e, m.
-    pub stretch: DVec3,
-    /// Outward, unit.
-    pub normal: DVec3,
-    /// Whether it may pull.
-    pub two_sided: bool,
-}
+/// (1/K_h + W)·f = −e + W·f_frame, F = −f.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Compliance;
 
-/// The forces on the fingers, N, one a contact, in the order given; zero where a contact would pull. `compliance` is W,
-/// m/N, row-major, three rows and columns a place; `frame_forces` are those on the body at all of its places, N. `None`
-/// where W is not one: of another size, not finite, or not positive.
-///
-/// No allocation; the work is bounded by [`MAX_SOFT_CONTACTS`] solutions.
-#[must_use]
-pub fn joint_forces(
-    compliance: &[f64],
-    frame_forces: &[DVec3],
-    contacts: &[JointContact],
-) -> Option<ArrayVec<DVec3, MAX_SOFT_CONTACTS>> {
-    let width = 3 * frame_forces.len();
-    let fits = contacts.len() <= MAX_SOFT_CONTACTS
-        && contacts.iter().all(|contact| contact.place < frame_forces.len());
-    if !fits || compliance.len() != width * width {
-        return None;
+impl LocalLaw for Compliance {
+    fn needs(&self) -> LawNeeds {
+        LawNeeds { joint_compliance: true, ..LawNeeds::default() }
     }
-    let mut acts: ArrayVec<bool, MAX_SOFT_CONTACTS> = contacts.iter().map(|_| true).collect();
-    loop {
-        let forces = solve(compliance, frame_forces, contacts, &acts)?;
-        let push = |at: usize| forces[at].dot(contacts[at].normal);
-        let pulls = (0..contacts.len()).filter(|&at| acts[at] && !contacts[at].two_sided && push(at) < 0.0);
-        match pulls.min_by(|&a, &b| push(a).total_cmp(&push(b))) {
-            Some(worst) => acts[worst] = false,
-            None => return Some(forces),
-        }
-    }
-}
 
-/// The same for the contacts that act.
-fn solve(
-    compliance: &[f64],
-    frame_forces: &[DVec3],
-    contacts: &[JointContact],
-    acts: &[bool],
-) -> Option<ArrayVec<DVec3, MAX_SOFT_CONTACTS>> {
-    let width = 3 * frame_forces.len();
-    let entry = |row: usize, column: usize| compliance[row * width + column];
-    let mut rows = ArrayVec::<(usize, usize), MAX_ROWS>::new();
-    for (at, contact) in contacts.iter().enumerate().filter(|(at, _)| acts[*at]) {
-        rows.extend((0..3).map(|axis| (at, 3 * contact.place + axis)));
+    fn force(&self, input: &ContactInput<'_>, contact: &mut LocalContact) -> DVec3 {
+        contact.spring_force(input)
     }
-    let count = rows.len();
-    let mut matrix = [[0.0; MAX_ROWS]; MAX_ROWS];
-    let mut right = [0.0; MAX_ROWS];
-    for (i, &(at, row)) in rows.iter().enumerate() {
-        for (j, &(_, column)) in rows.iter().enumerate().take(i + 1) {
-            matrix[i][j] = 0.5 * (entry(row, column) + entry(column, row));
-        }
-        matrix[i][i] += 1.0 / contacts[at].stiffness_n_per_m;
-        let answered: f64 =
-            (0..width).map(|column| entry(row, column) * frame_forces[column / 3][column % 3]).sum();
-        right[i] = contacts[at].stretch[row % 3] - answered;
-    }
-    solve_positive(&mut matrix, &mut right, count)?;
-    let mut forces: ArrayVec<DVec3, MAX_SOFT_CONTACTS> = contacts.iter().map(|_| DVec3::ZERO).collect();
-    for (i, &(at, row)) in rows.iter().enumerate() {
-        forces[at][row % 3] = right[i];
-    }
-    Some(forces)
-}
 
-/// Solves the first `count` rows by Cholesky's decomposition, of which the lower half of `matrix` is read; the answer is in
-/// `right`.
-fn solve_positive(
-    matrix: &mut [[f64; MAX_ROWS]; MAX_ROWS],
-    right: &mut [f64; MAX_ROWS],
-    count: usize,
-) -> Option<()> {
-    for i in 0..count {
-        for j in 0..=i {
-            let known: f64 = (0..j).map(|k| matrix[i][k] * matrix[j][k]).sum();
-            let rest = matrix[i][j] - known;
-            if i > j {
-                matrix[i][j] = rest / matrix[j][j];
-            } else if rest > 0.0 && rest.is_finite() {
-                matrix[i][i] = rest.sqrt();
-            } else {
-                return None;
+    fn forces(&self, tick: &LocalTick<'_>, contacts: &mut [LocalContact], fingers: &[LocalFinger]) -> Forces {
+        let mut joint = Slots::<JointContact>::new();
+        let mut slots = Slots::<usize>::new();
+        for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
+            let Some((centre, _)) = finger.place else { continue };
+            tick.meet(contact, centre);
+            let place = tick.frame.place(slot);
+            if let Some(place) = place.filter(|_| contact.touching && finger.fade > 0.0) {
+                slots.push(slot);
+                joint.push(JointContact {
+                    place,
+                    stiffness_n_per_m: finger.fade * tick.gains[slot].stiffness_n_per_m,
+                    stretch: contact.stretch(&tick.surface, centre),
+                    normal: contact.normal,
+                    two_sided: tick.model.two_sided,
+                });
             }
         }
-        let known: f64 = (0..i).map(|k| matrix[i][k] * right[k]).sum();
-        right[i] = (right[i] - known) / matrix[i][i];
+        let solved = joint_forces(tick.frame.compliance, tick.frame.forces_n, &joint);
+        let mut forces = Forces::new();
+        for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
+            let known = solved.as_ref().and_then(|forces| {
+                let at = slots.iter().position(|&known| known == slot)?;
+                let yields = finger.fade * tick.frame.own_compliance(joint[at].place);
+                Some((tick.input(slot, finger)?, forces[at] / finger.fade, yields))
+            });
+            forces.push(match known {
+                Some((input, force, yields)) => yielding_force(&input, contact, force, yields),
+                None => tick.force_alone(self, slot, contact, finger),
+            });
+        }
+        forces
     }
-    for i in (0..count).rev() {
-        let known: f64 = (i + 1..count).map(|k| matrix[k][i] * right[k]).sum();
-        right[i] = (right[i] - known) / matrix[i][i];
+
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw {
+        let size = 3 * contacts.count();
+        let mut d = DMatrix::zeros(size, 2 * size);
+        match contacts.compliance.and_then(|compliance| Some((compliance, sharing(contacts, compliance)?))) {
+            Some((compliance, sharing)) => {
+                d.columns_mut(size, size).copy_from(&(&sharing * -compliance));
+                d.columns_mut(0, size).copy_from(&sharing);
+            }
+            None => d.columns_mut(0, size).copy_from(&contacts.stiffness()),
+        }
+        LinearLaw::stateless(d)
     }
-    Some(())
+}
+
+/// (1/K_h + W)⁻¹, N/m.
+fn sharing(contacts: &StickingContacts<'_>, compliance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    let mut sum = compliance.clone();
+    for row in 0..sum.nrows() {
+        sum[(row, row)] += contacts.gains[row / 3].stiffness_n_per_m.recip();
+    }
+    sum.try_inverse()
+}
+
+/// The force on a finger for which the joint compliance gives `force` (N), where the surface yields by `yields` (m/N): it
+/// slides and comes off as others do.
+fn yielding_force(
+    input: &ContactInput<'_>,
+    contact: &mut LocalContact,
+    force: DVec3,
+    yields_m_per_n: f64,
+) -> DVec3 {
+    let push_n = force.dot(contact.normal);
+    contact.force = force;
+    if input.model.two_sided {
+        return force;
+    }
+    if push_n <= 0.0 && contact.depth_m(input.surface, input.centre) <= 0.0 {
+        contact.force = DVec3::ZERO;
+        contact.come_off(input);
+        return DVec3::ZERO;
+    }
+    // In units of the anchor's slip: the surface gives way as well as the spring.
+    let yields = 1.0 / input.gains.stiffness_n_per_m + yields_m_per_n;
+    let stretch = contact.slide(input, force * yields, input.model.friction * push_n * yields);
+    contact.force = stretch / yields;
+    contact.force
 }

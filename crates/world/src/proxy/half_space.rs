@@ -10,7 +10,7 @@ pub(super) const TOLERANCE_M: f64 = 1e-9;
 const MAX_PIVOTS: usize = 32;
 
 /// Planes closer to parallel than this (squared sine of their angle) have no corner.
-const LEAST_SQUARED_SINE: f64 = 1e-14;
+const MIN_SQUARED_SINE: f64 = 1e-14;
 
 /// The points `y` with `normal·y ≥ offset`.
 #[derive(Clone, Copy, Debug)]
@@ -78,7 +78,7 @@ fn foot(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
         [a] => holds[0] = a.excess(goal),
         [a, b] => {
             let determinant = a.normal.cross(b.normal).length_squared();
-            if determinant < LEAST_SQUARED_SINE {
+            if determinant < MIN_SQUARED_SINE {
                 return None;
             }
             let (cosine, p, q) = (a.normal.dot(b.normal), a.excess(goal), b.excess(goal));
@@ -87,7 +87,7 @@ fn foot(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
         }
         [a, b, c] => {
             let normals = DMat3::from_cols(a.normal, b.normal, c.normal);
-            if normals.determinant().powi(2) < LEAST_SQUARED_SINE {
+            if normals.determinant().powi(2) < MIN_SQUARED_SINE {
                 return None;
             }
             // (Nᵀ·N)·hold = excess, through the corner itself: Nᵀ·step = excess, N·hold = step.

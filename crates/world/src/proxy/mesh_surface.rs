@@ -12,7 +12,7 @@ use super::tree::Tree;
 use super::triangle;
 
 /// Most triangles that are looked at as a list; more are looked for in the tree, again and again.
-const MOST_LISTED: usize = 256;
+const MAX_LISTED: usize = 256;
 
 /// Why triangles are not a surface.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -80,7 +80,7 @@ pub struct MeshSurface {
 }
 
 /// The half-spaces that keep some triangles out.
-pub(super) type HalfSpaces = ArrayVec<HalfSpace, MOST_LISTED>;
+pub(super) type HalfSpaces = ArrayVec<HalfSpace, MAX_LISTED>;
 
 /// More triangles than fit into the list.
 pub(super) struct TooMany;
@@ -119,11 +119,8 @@ impl MeshSurface {
         })
     }
 
-    /// From a scene's mesh.
-    ///
-    /// # Errors
-    /// As [`MeshSurface::new`].
-    pub fn of(mesh: &TriangleMesh) -> Result<Self, SurfaceError> {
+    /// From a scene's mesh; errors as [`MeshSurface::new`].
+    pub(crate) fn of(mesh: &TriangleMesh) -> Result<Self, SurfaceError> {
         Self::new(mesh.vertices.clone(), &mesh.triangles)
     }
 
@@ -175,12 +172,6 @@ impl MeshSurface {
     #[must_use]
     pub fn vertices(&self) -> &[DVec3] {
         &self.vertices
-    }
-
-    /// How many triangles it has.
-    #[must_use]
-    pub fn triangle_count(&self) -> usize {
-        self.triangles.len()
     }
 
     /// How many times it was deformed.

@@ -3,10 +3,11 @@
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::mesh::TriangleMesh;
 use cotouch_scene::scene::{Body, Integrator, Shape, ShapeKind, SpringDamper};
-use cotouch_world::contact::{ContactForce, ContactModel, ContactState, Sphere, touch, touch_plane};
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
 use cotouch_world::wall::Plane;
+use cotouch_world::{
+    BodyState, ContactForce, ContactModel, ContactState, Freedom, Inertia, Sphere, Stepper, Surface, touch,
+    touch_plane,
+};
 use glam::{DMat3, DVec3};
 
 /// One tick, s.

@@ -2,8 +2,7 @@
 
 use crate::common::{self, T, cuboid, model};
 use cotouch_scene::geometry::{Pose, Twist};
-use cotouch_world::contact::{Cancellation, ContactModel, ContactState, Phase, Sphere, touch, touch_plane};
-use cotouch_world::shape::Surface;
+use cotouch_world::{Cancellation, ContactModel, ContactState, Phase, Sphere, Surface, touch, touch_plane};
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 

@@ -3,7 +3,7 @@
 use crate::common::{T, body, cuboid, shape};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::{Integrator, ShapeKind};
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
+use cotouch_world::{BodyState, Freedom, Inertia, Stepper};
 use glam::{DMat3, DQuat, DVec3};
 
 fn tumbler() -> (Inertia, BodyState) {

@@ -3,8 +3,9 @@
 use crate::common::{self, G, T, model};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Integrator;
-use cotouch_world::contact::{ContactForce, ContactModel, ContactState, Phase, Sphere, touch_plane};
-use cotouch_world::rigid::{BodyState, Freedom, Stepper};
+use cotouch_world::{
+    BodyState, ContactForce, ContactModel, ContactState, Freedom, Phase, Sphere, Stepper, touch_plane,
+};
 use glam::DVec3;
 
 const MASS: f64 = 0.4;

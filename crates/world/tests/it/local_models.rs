@@ -1,9 +1,9 @@
 //! Contacts of local models on surfaces that stand still, and the joint compliance.
 
-use cotouch_scene::scene::LocalModelKind;
-use cotouch_world::local::compliance::{JointContact, joint_forces};
-use cotouch_world::local::{LocalContact, LocalLaw, SurfaceInUse};
-use cotouch_world::proxy::MeshSurface;
+use cotouch_world::MeshSurface;
+use cotouch_world::local::{
+    ContactInput, JointContact, LocalContact, LocalGains, SoftContactModel, SurfaceInUse, joint_forces,
+};
 use glam::DVec3;
 
 const BALL_M: f64 = 0.05;
@@ -33,16 +33,23 @@ fn ball(times: usize) -> MeshSurface {
     MeshSurface::new(vertices, &triangles).unwrap()
 }
 
-fn law(friction: f64) -> LocalLaw {
-    LocalLaw {
-        kind: LocalModelKind::P,
+fn model(friction: f64) -> SoftContactModel {
+    SoftContactModel {
         two_sided: false,
         friction,
         radius_m: RADIUS_M,
         exit_threshold_m: 0.0,
         entry_threshold_m: 0.0,
         threshold_force_n: 0.0,
+        tick_s: 1e-3,
     }
+}
+
+const GAINS: LocalGains =
+    LocalGains { stiffness_n_per_m: 100.0, integral_per_tick_n_per_m: 1.0, drain_ticks: 10.0 };
+
+fn input<'a>(model: &'a SoftContactModel, surface: &'a SurfaceInUse<'a>, centre: DVec3) -> ContactInput<'a> {
+    ContactInput { model, gains: &GAINS, surface, centre, velocity: DVec3::ZERO }
 }
 
 fn still(surface: &MeshSurface) -> SurfaceInUse<'_> {
@@ -91,22 +98,23 @@ fn a_copy_of_a_surface_goes_on_as_the_surface_does() {
 /// Draws a finger round the ball, `depth_m` deep: the largest ratio of forces along to across the surface, and how far the
 /// held centre got from its place outside the ball.
 fn drawn_round(friction: f64, depth_m: f64) -> (f64, f64) {
-    let (surface, law) = (ball(4), law(friction));
+    let (surface, model) = (ball(4), model(friction));
     let surface = still(&surface);
     let mut contact = LocalContact::default();
     let at = |turn: f64| DVec3::new(turn.cos(), turn.sin(), 0.1).normalize();
-    contact.meet(&law, &surface, at(0.0) * (BALL_M + 2.0 * RADIUS_M));
+    contact.meet(&model, &surface, at(0.0) * (BALL_M + 2.0 * RADIUS_M));
     let (mut ratio, mut apart) = (0.0_f64, 0.0_f64);
     for tick in 0..3000 {
         let centre = at(f64::from(tick) * 2e-3) * (BALL_M + RADIUS_M - depth_m);
         if !contact.touching {
-            contact.meet(&law, &surface, centre);
+            contact.meet(&model, &surface, centre);
         }
         assert!(contact.touching, "at tick {tick}");
         let stretch = contact.stretch(&surface, centre);
         // The cone stands on the normal that the tick began with.
         let normal = contact.normal;
-        let stretch = contact.slide(&law, &surface, stretch, friction * stretch.dot(normal));
+        let stretch =
+            contact.slide(&input(&model, &surface, centre), stretch, friction * stretch.dot(normal));
         let across = stretch.dot(normal);
         assert!((stretch - normal * across).length() <= friction * across + 1e-12, "at tick {tick}");
         let along = contact.stretch(&surface, centre).reject_from(contact.normal).length();
@@ -132,20 +140,15 @@ fn a_finger_slides_round_a_ball() {
 #[test]
 fn a_finger_that_comes_off_is_met_again() {
     let surface = ball(4);
-    let (law, surface) = (law(0.5), still(&surface));
-    let gains = cotouch_world::local::LocalGains {
-        stiffness_n_per_m: 100.0,
-        integral_per_tick_n_per_m: 1.0,
-        drain_ticks: 10.0,
-    };
+    let (model, surface) = (model(0.5), still(&surface));
     let mut contact = LocalContact::default();
     for round in 0..5 {
-        contact.meet(&law, &surface, DVec3::X * (BALL_M + RADIUS_M + 1e-4));
+        contact.meet(&model, &surface, DVec3::X * (BALL_M + RADIUS_M + 1e-4));
         assert!(!contact.touching);
-        contact.meet(&law, &surface, DVec3::X * (BALL_M + RADIUS_M - 0.01));
+        contact.meet(&model, &surface, DVec3::X * (BALL_M + RADIUS_M - 0.01));
         assert!(contact.touching, "in round {round}");
         assert!((contact.depth_m(&surface, DVec3::X * (BALL_M + RADIUS_M - 0.01)) - 0.01).abs() < 1e-6);
-        contact.come_off(&surface, &gains, DVec3::X * (BALL_M + RADIUS_M + 1e-4));
+        contact.come_off(&input(&model, &surface, DVec3::X * (BALL_M + RADIUS_M + 1e-4)));
     }
 }
 

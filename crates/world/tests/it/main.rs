@@ -2,8 +2,10 @@
 
 mod common;
 mod contact_law;
+mod coordination;
 mod free_bodies;
 mod friction;
+mod local_laws;
 mod local_models;
 mod mesh_contact;
 mod no_allocation;

@@ -7,9 +7,10 @@ use crate::common::{G, T, add, body, cuboid, model, shape, spring};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::mesh::{TriangleMesh, Triangles, generators};
 use cotouch_scene::scene::{Integrator, Shape, ShapeKind};
-use cotouch_world::contact::{ContactForce, ContactModel, ContactState, Phase, Sphere, touch};
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
+use cotouch_world::{
+    BodyState, ContactForce, ContactModel, ContactState, Freedom, Inertia, Phase, Sphere, Stepper, Surface,
+    touch,
+};
 use glam::DVec3;
 
 const RADIUS_M: f64 = 0.008;

@@ -4,13 +4,13 @@ use std::hint::black_box;
 
 use crate::common::{self, T, cuboid, floor, hull, model, shape, vertices_of_cuboid};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
-use cotouch_scene::scene::{Ground, Integrator, RotationalSpringDamper, ShapeKind};
+use cotouch_scene::scene::{Ground, Integrator, ShapeKind};
 use cotouch_testkit::allocations;
-use cotouch_world::contact::{ContactState, Sphere, touch, touch_plane};
-use cotouch_world::coupler::{Turn, torque};
-use cotouch_world::ground::GroundFriction;
-use cotouch_world::rigid::{BodyState, Freedom, Inertia, Stepper};
-use cotouch_world::shape::Surface;
+use cotouch_world::coordination::CouplingGains;
+use cotouch_world::coupler::Stretch;
+use cotouch_world::{
+    BodyState, ContactState, Freedom, GroundFriction, Inertia, Sphere, Stepper, Surface, touch, touch_plane,
+};
 use glam::{DQuat, DVec3};
 
 #[test]
@@ -28,7 +28,7 @@ fn a_tick_allocates_nothing() {
         .map(|freedom| Stepper::of(inertia, T, Integrator::ExactHold, freedom));
     let ground = Ground { friction_coefficient: 0.3, rotational_friction_coefficient: 0.2 };
     let ground = GroundFriction::new(&ground, inertia, T, Freedom::Plane(DVec3::Z));
-    let spring = RotationalSpringDamper { stiffness_n_m_per_rad: 0.1, damping_n_m_s_per_rad: 0.001 };
+    let gains = CouplingGains { stiffness: 0.1, damping: 0.001 };
     let mut touched = 0;
 
     let counted = allocations(|| {
@@ -47,9 +47,9 @@ fn a_tick_allocates_nothing() {
                 touched += u32::from(force.is_some());
                 let force = touch_plane(&model(), &mut on_floor, &floor(), black_box(&sphere));
                 touched += u32::from(force.is_some());
-                let turn =
-                    Turn::between((body.pose.orientation, body.twist.angular), (DQuat::IDENTITY, DVec3::ONE));
-                let mut wrench = Wrench { force: DVec3::X, torque: torque(spring, turn) };
+                let orientation = (body.pose.orientation, body.twist.angular);
+                let apart = Stretch::between_orientations(orientation, (DQuat::IDENTITY, DVec3::ONE));
+                let mut wrench = Wrench { force: DVec3::X, torque: gains.force(apart) };
                 let resistance = ground.resist(&body, &wrench);
                 common::add(&mut wrench, resistance);
                 for stepper in &steppers {

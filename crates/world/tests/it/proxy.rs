@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use cotouch_testkit::allocations;
 use cotouch_testkit::meshes::{Mesh, ball, bumpy_ball, bumpy_radius, cuboid, grid, torus};
-use cotouch_world::proxy::{MeshSurface, Probe, ProxyState};
+use cotouch_world::{MeshSurface, Probe, ProxyState};
 use glam::{DMat3, DQuat, DVec3};
 use proptest::prelude::*;
 

@@ -2,7 +2,7 @@
 
 use crate::common::{G, World, body, cuboid, model, shape, spring};
 use cotouch_scene::scene::ShapeKind;
-use cotouch_world::contact::{ContactModel, Phase};
+use cotouch_world::{ContactModel, Phase};
 use glam::{DQuat, DVec3};
 use proptest::prelude::*;
 

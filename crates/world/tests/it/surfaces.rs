@@ -2,7 +2,7 @@
 
 use crate::common::{self, cuboid, hull, shape, vertices_of_cuboid};
 use cotouch_scene::scene::{Shape, ShapeKind};
-use cotouch_world::shape::{MAX_CORNERS, Probe, ProxyState, Surface};
+use cotouch_world::{Approach, MAX_CORNERS, Probe, Surface};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -18,7 +18,7 @@ fn boxes() -> [Surface; 2] {
 
 /// A sphere that was never there before.
 fn fresh(surface: &Surface, centre: DVec3, radius: f64) -> Option<Probe> {
-    surface.probe(&mut ProxyState::default(), centre, radius)
+    surface.probe(&mut Approach::default(), centre, radius)
 }
 
 proptest! {
@@ -56,7 +56,7 @@ proptest! {
     ) {
         let round = [shape(ShapeKind::Ball), shape(ShapeKind::Capsule)].map(|shape| Surface::new(&shape));
         for surface in boxes().iter().chain(&round) {
-            let mut proxy = ProxyState::default();
+            let mut proxy = Approach::default();
             let (step, radius) = (1e-5, 0.01);
             let mut before: Option<(DVec3, f64)> = None;
             for i in 0..1500 {
@@ -80,7 +80,7 @@ proptest! {
 
 /// Leads a sphere and tells the normal and depth at the end of each step.
 fn led(surface: &Surface, radius: f64, path: impl IntoIterator<Item = DVec3>) -> Vec<Option<(DVec3, f64)>> {
-    let mut proxy = ProxyState::default();
+    let mut proxy = Approach::default();
     path.into_iter()
         .map(|centre| surface.probe(&mut proxy, centre, radius).map(|probe| (probe.normal, probe.depth_m)))
         .collect()

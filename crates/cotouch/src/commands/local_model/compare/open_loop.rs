@@ -13,7 +13,7 @@ use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Space, User};
 use cotouch_scene::time::Rate;
-use cotouch_world::proxy::MeshSurface;
+use cotouch_world::MeshSurface;
 use glam::DVec3;
 use serde::Serialize;
 
