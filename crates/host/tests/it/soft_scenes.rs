@@ -3,6 +3,7 @@
 use crate::common::Rig;
 use cotouch_host::soft::SlowInput;
 use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_scene::Scene;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_testkit::built_in;
