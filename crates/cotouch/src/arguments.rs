@@ -9,6 +9,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Grid, Sweep};
+use cotouch_net::route::Route;
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 use glam::DVec3;
@@ -44,7 +45,7 @@ pub(crate) enum Command {
         /// What it is about.
         scene: String,
         /// Where to listen.
-        listen: SocketAddr,
+        listen: Route,
         /// How it runs.
         host: Host,
     },
@@ -60,7 +61,7 @@ pub(crate) enum Command {
     /// Send probes back.
     ProbeServe {
         /// Where to listen.
-        listen: SocketAddr,
+        listen: Route,
     },
     /// Measure a link.
     Probe(Probe),

@@ -7,7 +7,7 @@ mod failure;
 mod figure;
 mod output;
 mod predictor;
-mod probe_socket;
+mod probing;
 mod progress;
 mod session;
 mod trace;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
+use cotouch_net::route::Route;
 use cotouch_runtime::live::{LiveSession, numbered};
 use cotouch_runtime::real_time::{self, RealTimeOptions};
 use cotouch_runtime::record::{RecordKind, TickRecord};
@@ -65,13 +66,13 @@ pub(crate) fn start_local(scene: &Scene, plan: &Plan) -> anyhow::Result<LiveSess
 }
 
 /// Starts the first host of `scene`, open to others.
-pub(crate) fn start_serving(scene: &Scene, listen: SocketAddr, plan: &Plan) -> anyhow::Result<LiveSession> {
+pub(crate) fn start_serving(scene: &Scene, listen: Route, plan: &Plan) -> anyhow::Result<LiveSession> {
     Ok(LiveSession::fixed(real_time::serve(scene, listen, &options(plan))?))
 }
 
 /// Joins a session; its scene comes from the server.
 pub(crate) fn start_joining(
-    server: SocketAddr,
+    server: Route,
     user: Option<&str>,
     plan: &Plan,
 ) -> anyhow::Result<(Scene, LiveSession)> {

@@ -1,18 +1,13 @@
 //! The control messages that hosts exchange, and the reasons for which a newcomer is turned away.
 
-use std::net::SocketAddr;
-
-use arrayvec::{ArrayString, ArrayVec};
+use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
 use serde::{Deserialize, Serialize};
 
-/// Longest name of a user and longest reason for leaving on the wire, bytes.
-pub const MAX_TEXT_BYTES: usize = 64;
-
-/// A name or a short reason on the wire.
-pub type Text = ArrayString<MAX_TEXT_BYTES>;
+use crate::route::Route;
+use crate::text::Text;
 
 /// Most bytes of a scene in one [`Control::ScenePart`].
 pub const SCENE_PART_BYTES: usize = 1000;
@@ -135,8 +130,8 @@ pub struct RosterEntry {
     pub host: HostIndex,
     /// Its instance.
     pub instance: u64,
-    /// Its address as the server sees it.
-    pub address: SocketAddr,
+    /// Where the server reaches it.
+    pub route: Route,
 }
 
 /// Why a host may not take part.

@@ -4,15 +4,13 @@
 //! With `r_i` the round trips: mean and standard deviation (the rms jitter), percentiles, share lost; by [`Sweep`] the largest
 //! rate with less than 0.1 % lost; and by [`ProbeReport::impairment`] the simulated link that resembles the measured one.
 
-use std::net::SocketAddr;
-
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::{LocalTime, Rate};
 use serde::{Deserialize, Serialize};
 
-use crate::session::Transmit;
+use crate::route::Route;
 use crate::statistics::{RoundTrip, RoundTripMeter};
-use crate::wire::{DatagramBytes, HEADER_BYTES, Header, Kind, MAX_DATAGRAM, open, seal};
+use crate::wire::{DatagramBytes, HEADER_BYTES, Header, Kind, MAX_DATAGRAM, Transmit, open, seal};
 
 /// Shortest probe, bytes: header, number, time.
 pub const MIN_PROBE_BYTES: usize = HEADER_BYTES + 16;
@@ -47,7 +45,7 @@ pub struct ProbeConfig {
 #[derive(Clone, Debug)]
 pub struct Prober {
     config: ProbeConfig,
-    target: SocketAddr,
+    target: Route,
     start: LocalTime,
     total: u64,
     sent: u64,
@@ -85,7 +83,7 @@ pub struct ProbeReport {
 impl Prober {
     /// Sends to `target` from `now` on.
     #[must_use]
-    pub fn new(config: ProbeConfig, target: SocketAddr, now: LocalTime) -> Self {
+    pub fn new(config: ProbeConfig, target: Route, now: LocalTime) -> Self {
         let wanted = (config.rate_hz.hz() * config.duration_s.max(0.0)).round() as u64;
         let total = wanted.clamp(1, MOST_PACKETS);
         Self {
@@ -130,7 +128,7 @@ impl Prober {
     }
 
     /// Takes a datagram; what is not an echo of this measurement is ignored.
-    pub fn handle_datagram(&mut self, now: LocalTime, from: SocketAddr, bytes: &[u8]) {
+    pub fn handle_datagram(&mut self, now: LocalTime, from: Route, bytes: &[u8]) {
         let Some((id, number, sent)) = read(bytes, Kind::Echo) else { return };
         if id != self.config.id || from != self.target || number >= self.sent {
             return;
@@ -286,8 +284,12 @@ mod tests {
     use crate::link::SimulatedLink;
     use cotouch_scene::names::HostIndex;
 
-    fn target() -> SocketAddr {
-        "192.0.2.1:7701".parse().unwrap()
+    fn route(address: &str) -> Route {
+        address.parse::<std::net::SocketAddr>().unwrap().into()
+    }
+
+    fn target() -> Route {
+        route("192.0.2.1:7701")
     }
 
     fn measure(impairment: &Impairment, rate: &str, duration_s: f64) -> ProbeReport {
@@ -388,7 +390,7 @@ mod tests {
         damaged[30] ^= 1;
         prober.handle_datagram(LocalTime(5), target(), &damaged);
         prober.handle_datagram(LocalTime(5), target(), &probe.bytes);
-        prober.handle_datagram(LocalTime(5), "192.0.2.9:1".parse().unwrap(), &echo);
+        prober.handle_datagram(LocalTime(5), route("192.0.2.9:1"), &echo);
         assert_eq!(prober.report().received, 0);
         prober.handle_datagram(LocalTime(5), target(), &echo);
         prober.handle_datagram(LocalTime(6), target(), &echo);

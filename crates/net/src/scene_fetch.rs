@@ -3,15 +3,13 @@
 //! One part is asked for at a time, again and again until it comes. A question is longer than its answer and the server
 //! remembers nothing of it, so that a forged sender address gains nothing.
 
-use std::net::SocketAddr;
-
 use arrayvec::ArrayVec;
 use cotouch_scene::time::LocalTime;
 use xxhash_rust::xxh3::xxh3_64;
 
 use crate::message::{Control, Refusal, SCENE_PART_BYTES, SCENE_REQUEST_PADDING};
-use crate::session::Transmit;
-use crate::wire::{PROTOCOL_VERSION, WireError, decode_control, encode_control};
+use crate::route::Route;
+use crate::wire::{PROTOCOL_VERSION, Transmit, WireError, decode_control, encode_control};
 
 /// Longest scene text that is taken, bytes.
 pub const LONGEST_SCENE: u32 = 256 * 1024;
@@ -37,7 +35,7 @@ pub enum SceneFetchError {
 /// A download of the scene's text, without socket or clock.
 #[derive(Clone, Debug)]
 pub struct SceneFetch {
-    server: SocketAddr,
+    server: Route,
     id: u64,
     timeout_ns: i64,
     /// Of the whole text, as the server says.
@@ -53,7 +51,7 @@ impl SceneFetch {
     /// Asks `server`, from `now` on; gives up when nothing new came for `timeout_ns`. `id` is random: it tells the answers
     /// to this download from others.
     #[must_use]
-    pub fn new(server: SocketAddr, id: u64, now: LocalTime, timeout_ns: i64) -> Self {
+    pub fn new(server: Route, id: u64, now: LocalTime, timeout_ns: i64) -> Self {
         let (pause_ns, give_up) = (FIRST_PAUSE_NS, now.plus_ns(timeout_ns));
         let text = Vec::new();
         Self { server, id, timeout_ns, hash: None, text, due: now, pause_ns, give_up, result: None }
@@ -92,7 +90,7 @@ impl SceneFetch {
     }
 
     /// Takes a datagram; what is not an answer to this download is ignored.
-    pub fn handle_datagram(&mut self, now: LocalTime, from: SocketAddr, bytes: &[u8]) {
+    pub fn handle_datagram(&mut self, now: LocalTime, from: Route, bytes: &[u8]) {
         if from != self.server || self.result.is_some() {
             return;
         }

@@ -29,7 +29,6 @@ mod peer;
 mod server;
 
 use std::collections::VecDeque;
-use std::net::SocketAddr;
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::{LocalTime, SessionTime};
@@ -37,11 +36,14 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::clock::{ClockFilter, ClockMap};
-use crate::message::{Control, Refusal, Text};
+use crate::message::{Control, Refusal};
 use crate::packet::StatePacket;
+use crate::route::Route;
 use crate::statistics::LinkStatistics;
+use crate::text::{self, Text};
 use crate::wire::{
-    DatagramBytes, Kind, MAX_DATAGRAM, WireError, decode_control_body, encode_control, encode_state, open,
+    DatagramBytes, Kind, MAX_DATAGRAM, Transmit, WireError, decode_control_body, encode_control,
+    encode_state, open,
 };
 
 pub use config::{Config, ConfigError, StartWhen};
@@ -60,15 +62,6 @@ const MOST_TRANSMITS: usize = 512;
 const MOST_EVENTS: usize = 2048;
 /// A sample from further in the future than this is not believed.
 const FARTHEST_FUTURE_NS: i64 = 1_000_000_000;
-
-/// A datagram to send.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Transmit {
-    /// Where to.
-    pub to: SocketAddr,
-    /// What.
-    pub bytes: DatagramBytes,
-}
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -173,8 +166,8 @@ pub struct PeerInfo {
     pub host: HostIndex,
     /// Its user's name.
     pub name: String,
-    /// Its address.
-    pub address: SocketAddr,
+    /// Where it is reached.
+    pub route: Route,
     /// Whether it is there.
     pub presence: Presence,
 }
@@ -243,7 +236,7 @@ impl Endpoint {
 
     /// A newcomer to the session at `server`.
     #[must_use]
-    pub fn join(config: Config, server: SocketAddr, now: LocalTime) -> Self {
+    pub fn join(config: Config, server: Route, now: LocalTime) -> Self {
         let instance = Pcg64Mcg::seed_from_u64(config.seed).random();
         let follower = Follower::new(server, now, config.join_timeout_ns);
         Self::new(config, instance, Role::Follower(follower))
@@ -268,7 +261,7 @@ impl Endpoint {
     }
 
     /// Takes a datagram that came from `from`. A state from a peer that is present allocates nothing. Whatever the bytes are, this does not fail; what is of no use is counted.
-    pub fn handle_datagram(&mut self, now: LocalTime, from: SocketAddr, bytes: &[u8]) {
+    pub fn handle_datagram(&mut self, now: LocalTime, from: Route, bytes: &[u8]) {
         if self.phase == Phase::Closed {
             return;
         }
@@ -342,7 +335,7 @@ impl Endpoint {
         let peer = self.peers.iter_mut().find(|peer| peer.host == to && peer.presence == Presence::Present);
         let peer = peer.ok_or(SendError::NotPresent(to))?;
         peer.sent += 1;
-        let to = peer.address;
+        let to = peer.route;
         self.push_transmit(Transmit { to, bytes });
         Ok(())
     }
@@ -359,7 +352,7 @@ impl Endpoint {
             if peer.presence == Presence::Present {
                 peer.sent += 1;
                 count += 1;
-                let to = peer.address;
+                let to = peer.route;
                 self.push_transmit(Transmit { to, bytes: bytes.clone() });
             }
         }
@@ -380,13 +373,8 @@ impl Endpoint {
         match self.phase {
             Phase::Joining => self.close(),
             Phase::Active => {
-                let mut text = Text::new();
-                for character in reason.chars() {
-                    if text.try_push(character).is_err() {
-                        break;
-                    }
-                }
-                self.phase = Phase::Leaving { reason: text, repeat: Backoff::from(now), attempts: 0 };
+                let reason = text::shortened(reason);
+                self.phase = Phase::Leaving { reason, repeat: Backoff::from(now), attempts: 0 };
                 self.repeat_leave(now);
             }
             Phase::Leaving { .. } | Phase::Closed => {}
@@ -426,7 +414,7 @@ impl Endpoint {
         self.peers.iter().map(|peer| PeerInfo {
             host: peer.host,
             name: self.config.name_of(peer.host),
-            address: peer.address,
+            route: peer.route,
             presence: peer.presence,
         })
     }
@@ -451,7 +439,7 @@ impl Endpoint {
         }
         for index in 0..self.peers.len() {
             if self.peers[index].presence != Presence::Left {
-                self.send(self.peers[index].address, &leave);
+                self.send(self.peers[index].route, &leave);
             }
         }
     }
@@ -463,7 +451,7 @@ impl Endpoint {
         }
     }
 
-    fn handle_other_version(&mut self, from: SocketAddr, found: u16, session: u64, from_newcomer: bool) {
+    fn handle_other_version(&mut self, from: Route, found: u16, session: u64, from_newcomer: bool) {
         self.counters.other_version += 1;
         match &self.role {
             // Answers of ours are not from newcomers, so two versions never answer each other for ever.
@@ -493,15 +481,15 @@ impl Endpoint {
         }
     }
 
-    fn send(&mut self, to: SocketAddr, control: &Control) {
+    fn send(&mut self, to: Route, control: &Control) {
         self.send_as(self.session, to, control);
     }
 
-    fn send_refusal(&mut self, to: SocketAddr, instance: u64, refusal: Refusal) {
+    fn send_refusal(&mut self, to: Route, instance: u64, refusal: Refusal) {
         self.send_as(instance, to, &Control::Refuse(refusal));
     }
 
-    fn send_as(&mut self, session: u64, to: SocketAddr, control: &Control) {
+    fn send_as(&mut self, session: u64, to: Route, control: &Control) {
         let bytes = encode_control(session, self.me, control);
         let bytes = bytes.expect("every message's fields are bounded so that it fits a datagram");
         self.push_transmit(Transmit { to, bytes });

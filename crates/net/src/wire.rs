@@ -30,6 +30,7 @@ use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::message::Control;
 use crate::packet::{Entry, StatePacket};
+use crate::route::Route;
 
 /// Largest datagram, bytes: passes every path with the smallest IPv6 MTU of 1280.
 pub const MAX_DATAGRAM: usize = 1200;
@@ -50,6 +51,15 @@ const UNIT_TOLERANCE: f64 = 1e-6;
 
 /// The bytes of one datagram.
 pub type DatagramBytes = ArrayVec<u8, MAX_DATAGRAM>;
+
+/// A datagram to send.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Transmit {
+    /// Where to.
+    pub to: Route,
+    /// What.
+    pub bytes: DatagramBytes,
+}
 
 /// What a datagram holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

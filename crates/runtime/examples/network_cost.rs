@@ -1,4 +1,4 @@
-//! CPU time per packet sent and received: the transport's threads with the whole protocol, beside bare UDP sockets
+//! CPU time per packet sent and received: the network threads with the whole protocol, beside bare UDP sockets
 //! that send and receive as many datagrams of the same size at the same rate in the same way. Linux only.
 //!
 //! `cargo run --release -p cotouch-runtime --example network_cost`
@@ -10,7 +10,8 @@ use std::time::Duration;
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_runtime::clock;
 use cotouch_runtime::joining;
-use cotouch_runtime::transport::{HapticPort, Transport};
+use cotouch_runtime::network_threads::{HapticPort, NetworkThreads};
+use cotouch_runtime::transport::{self, Impaired};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -72,12 +73,13 @@ fn bare_udp() -> Result<f64, Box<dyn std::error::Error>> {
 /// Two hosts' transports: µs per packet.
 fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     let scene = load("single-axis", &["rates.network_hz=1000".parse()?, "rates.control_hz=1000".parse()?])?;
-    let sockets = [UdpSocket::bind("127.0.0.1:0")?, UdpSocket::bind("127.0.0.1:0")?];
-    let server = sockets[0].local_addr()?;
-    let mut ends: Vec<(Transport, HapticPort)> = Vec::new();
+    let any = transport::parse("127.0.0.1:0")?;
+    let sockets = [transport::listen(any)?, transport::listen(any)?];
+    let server = sockets[0].route()?;
+    let mut ends: Vec<(NetworkThreads, HapticPort)> = Vec::new();
     for (host, socket) in (0u8..).map(HostIndex).zip(sockets) {
         let endpoint = joining::endpoint(&scene, host, server, clock::now());
-        ends.push(Transport::start(socket, endpoint, None, &host.to_string())?);
+        ends.push(NetworkThreads::start(Impaired::new(socket), endpoint, &host.to_string())?);
     }
     while ends.iter_mut().any(|(_, port)| port.clock().is_none()) {
         thread::sleep(Duration::from_millis(10));

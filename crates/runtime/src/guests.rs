@@ -6,6 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
+use cotouch_net::route::Route;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 
@@ -18,7 +19,7 @@ use crate::snapshot::Snapshot;
 pub(crate) struct FreePlace {
     user: HostIndex,
     name: String,
-    server: SocketAddr,
+    server: Route,
     impairment: Impairment,
 }
 
@@ -112,13 +113,14 @@ impl Drop for Guest {
 }
 
 /// The address at which this process reaches a server that listens at `server`.
-fn from_here(server: SocketAddr) -> SocketAddr {
-    let ip = match server.ip() {
+fn from_here(server: Route) -> Route {
+    let Some(address) = server.socket_address() else { return server };
+    let ip = match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         ip => ip,
     };
-    SocketAddr::new(ip, server.port())
+    SocketAddr::new(ip, address.port()).into()
 }
 
 /// Waits until the force has faded out and nobody looks at the session any more, and leaves it.

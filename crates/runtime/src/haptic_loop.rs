@@ -18,11 +18,11 @@ use hdrhistogram::Histogram;
 use crate::clock;
 use crate::mailbox::Mailbox;
 use crate::monitor;
+use crate::network_threads::{HapticPort, Inbound};
 use crate::priority;
 use crate::record::TickRecord;
 use crate::snapshot::{FingerSnapshot, HostSnapshot, Lately, SurfaceShown};
 use crate::station::{Punctuality, Station};
-use crate::transport::{HapticPort, Inbound};
 
 /// Displays are told of at most every this many nanoseconds.
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;

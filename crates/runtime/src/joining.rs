@@ -2,10 +2,10 @@
 
 use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
-use std::net::{SocketAddr, UdpSocket};
 use std::time::Duration;
 
 use cotouch_net::message::Refusal;
+use cotouch_net::route::Route;
 use cotouch_net::scene_fetch::{SceneFetch, SceneFetchError};
 use cotouch_net::session::{Config, Endpoint, StartWhen};
 use cotouch_scene::names::HostIndex;
@@ -14,15 +14,12 @@ use cotouch_scene::time::LocalTime;
 
 use crate::clock;
 use crate::real_time::StartError;
-use crate::transport::{HapticPort, Transport};
-
-/// A host that takes part, with its network threads.
-pub(crate) type Seat = (Transport, HapticPort);
+use crate::transport::Transport;
 
 /// The endpoint of `host` in a session that starts when all of the scene's users are there. Its ids come from the
 /// scene's seed, so that the same session is the same, byte for byte.
 #[must_use]
-pub fn endpoint(scene: &Scene, host: HostIndex, server: SocketAddr, now: LocalTime) -> Endpoint {
+pub fn endpoint(scene: &Scene, host: HostIndex, server: Route, now: LocalTime) -> Endpoint {
     let seed = scene.session.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(u64::from(host.0));
     let mut config = config(scene, seed);
     config.user = Some(scene.users[host.index()].name.clone());
@@ -39,7 +36,7 @@ pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
 
 /// The endpoint of a newcomer who wants to be `user`, or anyone.
 #[must_use]
-pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: SocketAddr, now: LocalTime) -> Endpoint {
+pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: Route, now: LocalTime) -> Endpoint {
     let mut config = config(scene, instance_seed());
     config.user = user.map(str::to_owned);
     Endpoint::join(config, server, now)
@@ -50,14 +47,13 @@ pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: SocketAddr, n
 /// # Errors
 /// When nobody answers, or what comes is no scene.
 pub(crate) fn fetch_scene(
-    socket: &UdpSocket,
-    server: SocketAddr,
+    transport: &dyn Transport,
+    server: Route,
     patience: Duration,
 ) -> Result<Scene, StartError> {
     let now = clock::now();
     let mut fetch = SceneFetch::new(server, instance_seed(), now, patience.as_nanos() as i64);
     let mut datagram = [0; 2048];
-    socket.set_read_timeout(Some(Duration::from_millis(20))).map_err(StartError::Thread)?;
     let text = loop {
         if let Some(result) = fetch.result() {
             break result.clone().map_err(|error| match error {
@@ -67,10 +63,10 @@ pub(crate) fn fetch_scene(
         }
         while let Some(transmit) = fetch.poll_transmit(clock::now()) {
             // What cannot be sent is asked for again.
-            let _: io::Result<usize> = socket.send_to(&transmit.bytes, transmit.to);
+            let _: io::Result<()> = transport.send(clock::now(), transmit.to, &transmit.bytes);
         }
-        if let Ok((length, from)) = socket.recv_from(&mut datagram) {
-            fetch.handle_datagram(clock::now(), from, &datagram[..length]);
+        if let Ok(Some(arrival)) = transport.receive(clock::now(), &mut datagram) {
+            fetch.handle_datagram(arrival.at, arrival.from, &datagram[..arrival.length]);
         }
     };
     cotouch_scene::parse(&text, "the server's scene", None, &[])

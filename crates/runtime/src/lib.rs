@@ -6,7 +6,7 @@
 //! - [`virtual_time`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
 //!   scene that way, far faster than real time, to the same bytes every time;
 //! - [`real_time`] starts sessions on real clocks and sockets: one pacing thread a process, two network threads a host
-//!   ([`transport`]), one thread a host that simulates a soft object, one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
+//!   ([`network_threads`]) around a [`transport`], one thread a host that simulates a soft object, one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
 //!
 //! Both write the same recording ([`record`], [`recorder`]), which [`recording`] reads, [`export`] turns into tables
 //! and [`replay`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is late skips to
@@ -27,12 +27,12 @@ pub mod export;
 mod guests;
 pub mod hand;
 mod haptic_loop;
-mod impairment;
 pub mod joining;
 pub mod live;
 mod mailbox;
 pub mod messages;
 pub mod monitor;
+pub mod network_threads;
 mod priority;
 pub mod real_time;
 pub mod record;

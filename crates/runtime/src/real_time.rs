@@ -4,7 +4,7 @@
 //! a session that spans processes and machines. Each gives a [`SessionHandle`].
 
 use std::io;
-use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
@@ -14,6 +14,8 @@ use cotouch_device::device::Device;
 use cotouch_device::finger::FingerError;
 use cotouch_device::guided::GuidedUser;
 use cotouch_host::soft::SlowLoop;
+use cotouch_net::route::Route;
+use cotouch_net::session::Endpoint;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
 use cotouch_soft::SoftError;
@@ -22,9 +24,9 @@ use crate::clock;
 use crate::exchange::RecordSink;
 use crate::hand::Place;
 use crate::haptic_loop::{self, Control, HapticHost, Timing};
-use crate::impairment::ImpairedWays;
-use crate::joining::{self, Seat};
+use crate::joining;
 use crate::mailbox;
+use crate::network_threads::{HapticPort, NetworkThreads};
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
@@ -32,7 +34,10 @@ use crate::slow;
 use crate::slow_thread;
 use crate::snapshot::HostSnapshot;
 use crate::station::Station;
-use crate::transport::Transport;
+use crate::transport::{self, DynTransport, Impaired, OpenError};
+
+/// A host that takes part, with its network threads.
+type Seat = (NetworkThreads, HapticPort);
 
 /// How long a newcomer waits to be taken in.
 const JOIN_PATIENCE: Duration = Duration::from_secs(10);
@@ -51,14 +56,9 @@ pub struct RealTimeOptions {
 /// Why a session did not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    /// No socket at the address.
-    #[error("no UDP socket can be opened at {address}: {source}")]
-    Socket {
-        /// The address.
-        address: SocketAddr,
-        /// What the system said.
-        source: io::Error,
-    },
+    /// No end of a transport.
+    #[error(transparent)]
+    Transport(#[from] OpenError),
     /// A thread could not be started.
     #[error("a thread of the session cannot be started: {0}")]
     Thread(io::Error),
@@ -66,7 +66,7 @@ pub enum StartError {
     #[error("the session at {server} turned this host away: {reason}")]
     Refused {
         /// The server.
-        server: SocketAddr,
+        server: Route,
         /// Its reason.
         reason: String,
     },
@@ -74,13 +74,13 @@ pub enum StartError {
     #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and does UDP get through?", JOIN_PATIENCE.as_secs())]
     Silence {
         /// The server.
-        server: SocketAddr,
+        server: Route,
     },
     /// The server's scene does not read.
     #[error("the scene that {server} sent cannot be used: {reason}")]
     Scene {
         /// The server.
-        server: SocketAddr,
+        server: Route,
         /// What is wrong with it.
         reason: String,
     },
@@ -163,35 +163,31 @@ pub fn run_local_with(
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
     let simulation = slow::simulation_of(scene)?;
     let mut seats = Vec::new();
-    let server_socket = bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
-    let server = local_address(&server_socket)?;
-    for host in scene.hosts() {
-        let socket = if host == HostIndex::FIRST {
-            server_socket.try_clone().map_err(StartError::Thread)?
-        } else {
-            bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?
-        };
+    let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
+    let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
+    let server = ends[0].route().map_err(StartError::Thread)?;
+    for (host, end) in scene.hosts().zip(ends) {
         let endpoint = joining::endpoint(scene, host, server, clock::now());
-        seats.push(take_seat(socket, endpoint, host, scene.session.seed, options)?);
+        seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
         wait_to_be_taken_in(&seats[host.index()].0, server)?;
     }
     start(scene, simulation, seats, devices, options)
 }
 
-/// Starts the first host of `scene`, listening at `listen`; the others join. The session's clock starts at once.
+/// Starts the first host of `scene`, which the others join at `listen`. The session's clock starts at once.
 ///
 /// # Errors
 /// When the address, a thread or the recording cannot be had.
 pub fn serve(
     scene: &Scene,
-    listen: SocketAddr,
+    listen: impl Into<Route>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     let simulation = slow::simulation_of(scene)?;
-    let socket = bind(listen)?;
-    let server = local_address(&socket)?;
+    let end = transport::listen(listen.into())?;
+    let server = end.route().map_err(StartError::Thread)?;
     let endpoint = joining::serving_endpoint(scene, clock::now());
-    let seat = take_seat(socket, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
+    let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
     start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
 }
 
@@ -200,20 +196,20 @@ pub fn serve(
 /// # Errors
 /// When nobody answers, the session turns this host away, or a thread or the recording cannot be had.
 pub fn join(
-    server: SocketAddr,
+    server: impl Into<Route>,
     user: Option<&str>,
     options: &RealTimeOptions,
 ) -> Result<(Scene, SessionHandle), StartError> {
-    let any = if server.is_ipv4() { "0.0.0.0:0" } else { "[::]:0" };
-    let socket = bind(any.parse().expect("a constant address"))?;
-    let scene = joining::fetch_scene(&socket, server, JOIN_PATIENCE)?;
+    let server = server.into();
+    let end = transport::connect(server)?;
+    let scene = joining::fetch_scene(&*end, server, JOIN_PATIENCE)?;
     // Made before the session hears of this host: it may take a while.
     let simulation = slow::simulation_of(&scene)?;
     let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
-    let (transport, port) = take_seat(socket, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
-    wait_to_be_taken_in(&transport, server)?;
-    let host = transport.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let handle = start_one(&scene, simulation, (transport, port), host, server, options)?;
+    let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
+    wait_to_be_taken_in(&network, server)?;
+    let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
+    let handle = start_one(&scene, simulation, (network, port), host, server, options)?;
     Ok((scene, handle))
 }
 
@@ -223,7 +219,7 @@ fn start_one(
     simulation: Option<SlowLoop>,
     seat: Seat,
     host: HostIndex,
-    server: SocketAddr,
+    server: Route,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = guided_hand(scene, host)?;
@@ -232,23 +228,24 @@ fn start_one(
 }
 
 fn take_seat(
-    socket: UdpSocket,
-    endpoint: cotouch_net::session::Endpoint,
+    end: Box<DynTransport>,
+    endpoint: Endpoint,
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
 ) -> Result<Seat, StartError> {
-    let ways = options.impairment.clone().map(|impairment| ImpairedWays::new(impairment, seed, host));
-    Transport::start(socket, endpoint, ways, &host.to_string()).map_err(StartError::Thread)
+    let transport = Impaired::new(end);
+    transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
+    NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
 }
 
-fn wait_to_be_taken_in(transport: &Transport, server: SocketAddr) -> Result<(), StartError> {
+fn wait_to_be_taken_in(network: &NetworkThreads, server: Route) -> Result<(), StartError> {
     let patience = clock::now().plus_ns(JOIN_PATIENCE.as_nanos() as i64);
     while clock::now() < patience {
-        if let Some(reason) = transport.refusal() {
+        if let Some(reason) = network.refusal() {
             return Err(StartError::Refused { server, reason });
         }
-        if transport.has_joined() {
+        if network.has_joined() {
             return Ok(());
         }
         thread::sleep(Duration::from_millis(2));
@@ -265,13 +262,13 @@ fn start(
 ) -> Result<SessionHandle, StartError> {
     let hosts: Vec<HostIndex> = seats
         .iter()
-        .map(|(transport, _)| transport.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
+        .map(|(network, _)| network.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
         .collect();
     let (recording, sinks) = RecordingThread::start(scene, &hosts, options.recording.as_deref())?;
     let mut sinks = sinks.into_iter();
     let mut haptic = Vec::new();
     let mut locals = Vec::new();
-    for (((transport, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
+    for (((network, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
         let mut station = Station::new(scene, host, device, sink);
@@ -281,7 +278,7 @@ fn start(
             (station, soft) = (station.with_soft(port), Some(thread));
         }
         haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
-        locals.push(Local { host, transport, snapshot: snapshot_out, soft });
+        locals.push(Local { host, network, snapshot: snapshot_out, soft });
     }
     let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();
@@ -293,12 +290,4 @@ fn start(
         .map_err(StartError::Thread)?;
     let impairment = options.impairment.clone().unwrap_or(Impairment::NONE);
     Ok(SessionHandle::new(scene.clone(), impairment, changes, control, locals, thread, recording))
-}
-
-fn bind(address: SocketAddr) -> Result<UdpSocket, StartError> {
-    UdpSocket::bind(address).map_err(|source| StartError::Socket { address, source })
-}
-
-fn local_address(socket: &UdpSocket) -> Result<SocketAddr, StartError> {
-    socket.local_addr().map_err(StartError::Thread)
 }

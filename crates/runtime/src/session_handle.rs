@@ -1,11 +1,11 @@
 //! A running session, as the rest of the program sees it.
 
-use std::net::SocketAddr;
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
+use cotouch_net::route::Route;
 use cotouch_net::session::Presence;
 use cotouch_net::statistics::LinkStatistics;
 use cotouch_scene::names::HostIndex;
@@ -16,16 +16,16 @@ use crate::clock;
 use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
 use crate::haptic_loop::{Control, HapticHost, Verdict};
 use crate::mailbox;
+use crate::network_threads::NetworkThreads;
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
-use crate::transport::Transport;
 
 /// A host of this process, as seen from outside its haptic thread.
 pub(crate) struct Local {
     pub(crate) host: HostIndex,
-    pub(crate) transport: Transport,
+    pub(crate) network: NetworkThreads,
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
     /// The thread of the soft object's simulation, where there is one.
     pub(crate) soft: Option<JoinHandle<()>>,
@@ -52,7 +52,7 @@ pub struct SessionHandle {
     /// Hands that pointers may take.
     places: Vec<Place>,
     /// Where others join, if they can.
-    server: Option<SocketAddr>,
+    server: Option<Route>,
 }
 
 impl SessionHandle {
@@ -88,13 +88,13 @@ impl SessionHandle {
     }
 
     /// The same session, which others join at `server`.
-    pub(crate) fn with_server(mut self, server: SocketAddr) -> Self {
+    pub(crate) fn with_server(mut self, server: Route) -> Self {
         self.server = Some(server);
         self
     }
 
     /// Where others join, if they can.
-    pub(crate) fn server(&self) -> Option<SocketAddr> {
+    pub(crate) fn server(&self) -> Option<Route> {
         self.server
     }
 
@@ -126,7 +126,7 @@ impl SessionHandle {
             return false;
         }
         for local in self.lock().iter() {
-            local.transport.impair(&scene.link.impairment, scene.session.seed, local.host);
+            local.network.impair(&scene.link.impairment, scene.session.seed, local.host);
         }
         // What is not made by then, because no tick is due, is made with the next one.
         let patience = clock::now().plus_ns(LONGEST_WAIT_NS);
@@ -181,7 +181,7 @@ impl SessionHandle {
     /// What has happened since the last call that a person wants to know (who came, who went), in words.
     #[must_use]
     pub fn take_news(&self) -> Vec<String> {
-        self.lock().iter().flat_map(|local| local.transport.take_news()).collect()
+        self.lock().iter().flat_map(|local| local.network.take_news()).collect()
     }
 
     /// Whether this process has joined a session whose first host, which keeps its clock, is not there any more.
@@ -189,7 +189,7 @@ impl SessionHandle {
     pub fn has_lost_the_server(&self) -> bool {
         self.lock().iter().any(|local| {
             local.host != HostIndex::FIRST
-                && local.transport.with_endpoint(|endpoint| {
+                && local.network.with_endpoint(|endpoint| {
                     endpoint
                         .peers()
                         .any(|peer| peer.host == HostIndex::FIRST && peer.presence != Presence::Present)
@@ -202,7 +202,7 @@ impl SessionHandle {
     pub fn present_peers(&self) -> Vec<String> {
         let locals = self.lock();
         let Some(local) = locals.first() else { return Vec::new() };
-        local.transport.with_endpoint(|endpoint| {
+        local.network.with_endpoint(|endpoint| {
             let present = endpoint.peers().filter(|peer| peer.presence == Presence::Present);
             present.map(|peer| peer.name).collect()
         })
@@ -258,7 +258,7 @@ impl SessionHandle {
         let hosts = locals.iter_mut().map(|local| {
             let mut host = local.snapshot.read().clone();
             host.host = local.host;
-            host.links = local.transport.with_endpoint(|endpoint| {
+            host.links = local.network.with_endpoint(|endpoint| {
                 let links = local.host.others(users).filter_map(|peer| {
                     let statistics = endpoint.statistics(peer)?;
                     let is_present =
@@ -291,7 +291,7 @@ impl SessionHandle {
         let mut runs = Vec::new();
         for (local, host) in locals.into_iter().zip(hosts) {
             let HapticHost { station, timing, .. } = host;
-            let endpoint = local.transport.leave("ended on purpose");
+            let endpoint = local.network.leave("ended on purpose");
             let peers = local.host.others(self.scene.session.users);
             let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.

@@ -4,18 +4,21 @@
 //! hands are simulated. Events are taken in the order of their instants; at one instant everything is sampled first,
 //! then transmitted and delivered, then used.
 
-use std::net::{Ipv4Addr, SocketAddr};
+use std::io;
 
 use cotouch_device::device::Device;
 use cotouch_device::user::SimulatedUser;
 use cotouch_net::link::SimulatedLink;
 use cotouch_net::session::{Endpoint, Event};
+use cotouch_net::wire::MAX_DATAGRAM;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::{LocalTime, Rate};
 
+use crate::joining;
 use crate::record::TickRecord;
 use crate::station::{Punctuality, Station};
+use crate::transport::{Transport as _, VirtualNetwork};
 
 const NEVER: i64 = i64::MAX;
 
@@ -23,8 +26,7 @@ const NEVER: i64 = i64::MAX;
 pub struct VirtualSession<D = SimulatedUser> {
     control: Rate,
     hosts: Vec<VirtualHost<D>>,
-    /// From host `i` to host `j` at `i·users + j`.
-    links: Vec<SimulatedLink>,
+    network: VirtualNetwork,
     now: LocalTime,
     /// When the next packet arrives or an endpoint wants to do something.
     next_network: i64,
@@ -47,17 +49,14 @@ impl<D: Device> VirtualSession<D> {
         let now = LocalTime(0);
         let hosts = scene.hosts().map(|host| VirtualHost {
             station: station(host),
-            endpoint: crate::joining::endpoint(scene, host, address(HostIndex::FIRST), now),
+            endpoint: joining::endpoint(scene, host, VirtualNetwork::route(HostIndex::FIRST), now),
             next_tick: 0,
             next_due: NEVER,
         });
-        let seed = scene.session.seed;
-        let ways = scene.hosts().flat_map(|from| scene.hosts().map(move |to| (from, to)));
-        let links = ways.map(|(from, to)| SimulatedLink::new(scene.impairment(from, to), seed, from, to));
         Self {
             control: scene.rates.control_hz,
             hosts: hosts.collect(),
-            links: links.collect(),
+            network: VirtualNetwork::new(scene),
             now,
             next_network: 0,
         }
@@ -74,9 +73,9 @@ impl<D: Device> VirtualSession<D> {
         &mut self.hosts[host.index()]
     }
 
-    /// The links, from host `i` to host `j` at `i·users + j`.
-    pub fn links_mut(&mut self) -> &mut [SimulatedLink] {
-        &mut self.links
+    /// The link from one host to another.
+    pub fn link_mut(&mut self, from: HostIndex, to: HostIndex) -> &mut SimulatedLink {
+        self.network.link_mut(from, to)
     }
 
     /// The first tick that some host has not done yet; `None` before all have joined.
@@ -106,7 +105,7 @@ impl<D: Device> VirtualSession<D> {
         Self {
             control: self.control,
             hosts: self.hosts.iter().map(fork).collect(),
-            links: self.links.clone(),
+            network: self.network.clone(),
             now: self.now,
             next_network: self.next_network,
         }
@@ -175,23 +174,22 @@ impl<D: Device> VirtualSession<D> {
             }
         }
         let timeouts = self.hosts.iter().filter_map(|host| host.endpoint.poll_timeout()).map(|time| time.0);
-        let arrivals = self.links.iter().filter_map(SimulatedLink::next_delivery);
-        self.next_network = timeouts.chain(arrivals).min().unwrap_or(NEVER);
+        let arrival = self.network.next_delivery().map(|time| time.0);
+        self.next_network = timeouts.chain(arrival).min().unwrap_or(NEVER);
     }
 
     fn transmit(&mut self) -> bool {
-        let users = self.hosts.len();
         let mut any = false;
-        for (from, host) in self.hosts.iter_mut().enumerate() {
+        for host in &mut self.hosts {
+            let end = self.network.end(host.station.model.host);
             if host.endpoint.poll_timeout().is_some_and(|due| due <= self.now) {
                 host.endpoint.handle_timeout(self.now);
                 any = true;
             }
             while let Some(transmit) = host.endpoint.poll_transmit(self.now) {
                 any = true;
-                if let Some(to) = host_at(transmit.to).filter(|to| to.index() < users) {
-                    self.links[from * users + to.index()].send(self.now.0, &transmit.bytes);
-                }
+                // What is for nobody is lost.
+                let _: io::Result<()> = end.send(self.now, transmit.to, &transmit.bytes);
             }
             host.take_events(self.control);
         }
@@ -199,16 +197,15 @@ impl<D: Device> VirtualSession<D> {
     }
 
     fn deliver(&mut self) -> bool {
-        let users = self.hosts.len();
+        let mut buffer = [0; MAX_DATAGRAM];
         let mut any = false;
-        for (index, link) in self.links.iter_mut().enumerate() {
-            let (from, to) = (index / users, index % users);
-            while let Some((arrival, bytes)) = link.poll_delivery(self.now.0) {
-                any = true;
-                let host = &mut self.hosts[to];
-                host.endpoint.handle_datagram(LocalTime(arrival), address(HostIndex(from as u8)), bytes);
-                host.take_events(self.control);
-            }
+        // By sender and then by receiver, as recordings tell of it.
+        for to in self.network.receivers(self.now) {
+            let Ok(Some(arrival)) = self.network.end(to).receive(self.now, &mut buffer) else { continue };
+            any = true;
+            let host = &mut self.hosts[to.index()];
+            host.endpoint.handle_datagram(arrival.at, arrival.from, &buffer[..arrival.length]);
+            host.take_events(self.control);
         }
         any
     }
@@ -240,13 +237,3 @@ impl<D: Device> VirtualHost<D> {
             self.endpoint.clock().map_or(NEVER, |clock| clock.local(control.instant(self.next_tick)).0);
     }
 }
-
-fn address(host: HostIndex) -> SocketAddr {
-    SocketAddr::from((Ipv4Addr::LOCALHOST, FIRST_PORT + u16::from(host.0)))
-}
-
-fn host_at(address: SocketAddr) -> Option<HostIndex> {
-    address.port().checked_sub(FIRST_PORT).and_then(|index| u8::try_from(index).ok()).map(HostIndex)
-}
-
-const FIRST_PORT: u16 = 10_000;

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_net::route::Route;
+use cotouch_runtime::transport;
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
@@ -91,8 +93,8 @@ Example, in two terminals:
         /// A built-in scene or a TOML file; hosts that join get it from here
         scene: String,
         /// Where to listen, an IP address and a UDP port
-        #[arg(long, value_name = "ADDR")]
-        listen: SocketAddr,
+        #[arg(long, value_name = "ADDR", value_parser = transport::parse)]
+        listen: Route,
         #[command(flatten)]
         host: HostFlags,
     },
@@ -255,8 +257,8 @@ enum ProbeServe {
     /// Send probes back, until Ctrl-C
     Serve {
         /// Where to listen, an IP address and a UDP port
-        #[arg(long, value_name = "ADDR")]
-        listen: SocketAddr,
+        #[arg(long, value_name = "ADDR", value_parser = transport::parse)]
+        listen: Route,
     },
 }
 

@@ -1,13 +1,19 @@
 //! Addresses as people type them.
 
-use std::net::{SocketAddr, ToSocketAddrs as _};
+use std::net::ToSocketAddrs as _;
+
+use cotouch_net::route::Route;
+use cotouch_runtime::transport;
 
 use crate::failure::Failure;
 
-/// The address that `text` (HOST:PORT) stands for.
-pub(super) fn resolve(text: &str) -> Result<SocketAddr, Failure> {
+/// The route that `text` (HOST:PORT, or what begins with the scheme of a transport) stands for.
+pub(super) fn resolve(text: &str) -> Result<Route, Failure> {
+    if let Ok(route) = transport::parse(text) {
+        return Ok(route);
+    }
     let reason = match text.to_socket_addrs().map(|mut addresses| addresses.next()) {
-        Ok(Some(address)) => return Ok(address),
+        Ok(Some(address)) => return Ok(address.into()),
         Ok(None) => "it stands for no address".to_owned(),
         Err(error) => error.to_string(),
     };

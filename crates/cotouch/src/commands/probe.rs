@@ -1,9 +1,10 @@
 //! `cotouch probe`: one end measures a link, the other sends its packets back.
 
 use std::fmt::Write as _;
-use std::net::SocketAddr;
 
 use cotouch_net::probe::{ProbeReport, Sweep};
+use cotouch_net::route::Route;
+use cotouch_runtime::transport;
 use cotouch_scene::time::Rate;
 use serde_json::{Value, json};
 
@@ -11,7 +12,7 @@ use super::address::resolve;
 use crate::arguments::Probe;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
-use crate::probe_socket::{self, Prober};
+use crate::probing::{Prober, Reflector};
 use crate::progress::{Progress, Stop};
 
 /// Rates that a sweep stops at, Hz.
@@ -20,11 +21,11 @@ const HIGHEST_SWEEP_HZ: f64 = 64_000.0;
 const SWEEP_SHARE: f64 = 0.1;
 
 /// Sends probes back until Ctrl-C.
-pub(super) fn serve(listen: SocketAddr, output: &Output) -> Result<Verdict, Failure> {
+pub(super) fn serve(listen: Route, output: &Output) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
-    let reflector = probe_socket::Reflector::bind(listen)?;
-    eprintln!("sending probes back at {}; Ctrl-C ends it", reflector.address());
-    if !listen.ip().is_loopback() {
+    let reflector = Reflector::listen(listen)?;
+    eprintln!("sending probes back at {}; Ctrl-C ends it", reflector.route());
+    if !transport::is_local(listen) {
         eprintln!(
             "note: anyone who reaches this address may use it; an answer is never longer than the question"
         );
@@ -104,7 +105,7 @@ fn to_json(probe: &Probe, report: &ProbeReport, achievable_hz: Option<f64>) -> V
     })
 }
 
-fn text(server: SocketAddr, probe: &Probe, report: &ProbeReport, achievable_hz: Option<f64>) -> String {
+fn text(server: Route, probe: &Probe, report: &ProbeReport, achievable_hz: Option<f64>) -> String {
     let trip = &report.round_trip;
     let mut text = format!("{server}, {} packets a second\n\n", probe.rate);
     let mut row = |name: &str, value: String| {
@@ -127,7 +128,7 @@ fn text(server: SocketAddr, probe: &Probe, report: &ProbeReport, achievable_hz: 
 }
 
 /// The link file: the impairment of one way, and what was measured.
-fn link_file(server: SocketAddr, probe: &Probe, report: &ProbeReport) -> String {
+fn link_file(server: Route, probe: &Probe, report: &ProbeReport) -> String {
     let way = report.impairment();
     let trip = &report.round_trip;
     format!(

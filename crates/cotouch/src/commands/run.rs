@@ -1,13 +1,13 @@
 //! `cotouch run`, `serve` and `join`: what is predicted, then the session, then what happened.
 
-use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use cotouch_analysis::stability::{self, Stability};
+use cotouch_net::route::Route;
 use cotouch_runtime::live::LiveSession;
-use cotouch_runtime::real_time;
 use cotouch_runtime::summary::{Predicted, Summary};
+use cotouch_runtime::{real_time, transport};
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
@@ -43,7 +43,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
 /// Runs the first host of a session that others join.
 pub(super) fn serve(
     name: &str,
-    listen: SocketAddr,
+    listen: Route,
     host: &Host,
     overrides: &[Override],
     output: &Output,
@@ -179,9 +179,9 @@ fn impairment(impair: &[Override]) -> Result<Option<Impairment>, Failure> {
     Ok(Some(scene.link.impairment))
 }
 
-fn warn_about_the_network(address: SocketAddr) {
-    if !address.ip().is_loopback() {
-        eprintln!("warning: packets to and from {address} are neither encrypted nor authenticated yet");
+fn warn_about_the_network(route: Route) {
+    if !transport::is_local(route) {
+        eprintln!("warning: packets to and from {route} are neither encrypted nor authenticated yet");
     }
 }
 

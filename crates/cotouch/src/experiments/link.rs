@@ -10,7 +10,7 @@ use cotouch_scene::time::{LocalTime, Rate};
 use serde_json::{Value as Json, json};
 
 use super::outcome::{Claim, Experiment, Outcome};
-use crate::probe_socket;
+use crate::probing;
 use crate::progress::Stop;
 
 pub(super) const TABLE_1_1: Experiment = Experiment {
@@ -105,7 +105,7 @@ fn config() -> anyhow::Result<ProbeConfig> {
 
 /// The probe over two simulated links, there and back, in virtual time.
 fn measure_simulated(way: &Impairment) -> anyhow::Result<ProbeReport> {
-    let target = SocketAddr::from((Ipv4Addr::LOCALHOST, 1));
+    let target = SocketAddr::from((Ipv4Addr::LOCALHOST, 1)).into();
     let (near, far) = (HostIndex(0), HostIndex(1));
     let mut there = SimulatedLink::new(way, 1, near, far);
     let mut back = SimulatedLink::new(way, 1, far, near);
@@ -133,11 +133,11 @@ fn measure_simulated(way: &Impairment) -> anyhow::Result<ProbeReport> {
 
 /// The probe over this computer's loopback, in real time.
 fn measure_loopback() -> anyhow::Result<ProbeReport> {
-    let reflector = probe_socket::Reflector::bind(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)))?;
-    let (address, stop) = (reflector.address(), Stop::default());
+    let reflector = probing::Reflector::listen(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)).into())?;
+    let (route, stop) = (reflector.route(), Stop::default());
     std::thread::scope(|scope| {
         let serving = scope.spawn(|| reflector.run(&stop));
-        let mut prober = probe_socket::Prober::connect(address)?;
+        let mut prober = probing::Prober::connect(route)?;
         let report = prober.measure(Rate::new(RATE_HZ, 1)?, LOOPBACK_S, &stop, &mut |_| {});
         stop.set();
         serving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

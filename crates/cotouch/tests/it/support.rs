@@ -194,9 +194,8 @@ fn visit_in_flight(
     let Coordinate::Held { host, from, part, quantity, age } = coordinate else { return false };
     let model = session.host_mut(host).station.model.clone();
     let sampled = model.schedule.last_step_at(tick) - u64::from(age);
-    let way = from.index() * usize::from(model.users) + host.index();
     let mut found = false;
-    for (_, bytes) in session.links_mut()[way].in_flight_mut() {
+    for (_, bytes) in session.link_mut(from, host).in_flight_mut() {
         let Ok((header, time, mut packet)) = wire::decode_state(bytes) else { continue };
         if packet.step == sampled {
             cotouch_host::coordinates::visit_packet(&mut packet, &model, part, quantity, &mut |place| {

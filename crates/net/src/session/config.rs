@@ -6,7 +6,7 @@ use cotouch_scene::scene::{Architecture, PlayOut, Scene};
 use cotouch_scene::time::{Rate, SessionTime};
 
 use super::MILLISECOND;
-use crate::message::MAX_TEXT_BYTES;
+use crate::text::MAX_TEXT_BYTES;
 
 /// When tick 0 is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,19 +1,19 @@
 //! Joining a session, and following what its server says.
 
-use std::net::SocketAddr;
-
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Architecture;
 use cotouch_scene::time::{LocalTime, SessionTime};
 
 use super::peer::{Backoff, Peer};
 use super::{Endpoint, Event, Phase, Presence, Role};
-use crate::message::{Control, Join, Refusal, Roster, RosterEntry, Text};
+use crate::message::{Control, Join, Refusal, Roster, RosterEntry};
+use crate::route::Route;
+use crate::text::{self, Text};
 
 /// What a host that joined another remembers of that.
 #[derive(Clone, Debug)]
 pub(super) struct Follower {
-    pub(super) server: SocketAddr,
+    pub(super) server: Route,
     cookie: u64,
     repeat: Backoff,
     give_up: LocalTime,
@@ -22,7 +22,7 @@ pub(super) struct Follower {
 }
 
 impl Follower {
-    pub(super) const fn new(server: SocketAddr, now: LocalTime, timeout_ns: i64) -> Self {
+    pub(super) const fn new(server: Route, now: LocalTime, timeout_ns: i64) -> Self {
         let give_up = now.plus_ns(timeout_ns);
         Self { server, cookie: 0, repeat: Backoff::from(now), give_up, revision: 0 }
     }
@@ -48,14 +48,7 @@ impl Endpoint {
             Some(name) => match Text::from(name) {
                 Ok(name) => Some(name),
                 // No scene has so long a name: `Config` refuses it.
-                Err(_) => {
-                    let mut cut = name.as_str();
-                    while cut.len() > crate::message::MAX_TEXT_BYTES {
-                        cut = &cut[..cut.floor_char_boundary(cut.len() - 1)];
-                    }
-                    let name = Text::from(cut).unwrap_or_default();
-                    return self.be_refused(Refusal::UnknownName { name });
-                }
+                Err(_) => return self.be_refused(Refusal::UnknownName { name: text::shortened(name) }),
             },
         };
         let join = Join {
@@ -73,7 +66,7 @@ impl Endpoint {
     pub(super) fn handle_answer_to_join(
         &mut self,
         now: LocalTime,
-        from: SocketAddr,
+        from: Route,
         instance: u64,
         answer: Control,
     ) {
@@ -102,7 +95,7 @@ impl Endpoint {
         }
     }
 
-    fn be_welcome(&mut self, now: LocalTime, from: SocketAddr, session: u64, host: HostIndex, server: u64) {
+    fn be_welcome(&mut self, now: LocalTime, from: Route, session: u64, host: HostIndex, server: u64) {
         if host == HostIndex::FIRST || host.index() >= self.config.names.len() {
             self.counters.unexpected += 1;
             return;
@@ -149,11 +142,11 @@ impl Endpoint {
     }
 
     /// Brings the peers in line with the roster.
-    fn meet(&mut self, now: LocalTime, server: SocketAddr, roster: &Roster) {
+    fn meet(&mut self, now: LocalTime, server: Route, roster: &Roster) {
         for entry in &roster.hosts {
             let is_other = Some(entry.host) != self.me && entry.host != HostIndex::FIRST;
             if is_other && entry.host.index() < self.config.names.len() {
-                self.meet_one(now, address_beside(server, entry), entry);
+                self.meet_one(now, entry.route.relayed_by(server), entry);
             }
         }
         for index in 0..self.peers.len() {
@@ -170,19 +163,19 @@ impl Endpoint {
         }
     }
 
-    fn meet_one(&mut self, now: LocalTime, address: SocketAddr, entry: &RosterEntry) {
+    fn meet_one(&mut self, now: LocalTime, route: Route, entry: &RosterEntry) {
         let Some(peer) = self.peer_mut(entry.host) else {
-            self.peers.push(Peer::new(entry.host, entry.instance, address, now));
+            self.peers.push(Peer::new(entry.host, entry.instance, route, now));
             return;
         };
         if peer.instance == entry.instance {
             if peer.presence == Presence::Expected || peer.presence == Presence::Lost {
-                peer.address = address;
+                peer.route = route;
             }
             return;
         }
         let was_present = peer.presence == Presence::Present;
-        peer.restart(entry.instance, address, now);
+        peer.restart(entry.instance, route, now);
         if was_present {
             self.push_event(Event::PeerLost { host: entry.host });
         }
@@ -208,14 +201,5 @@ impl Endpoint {
             let at = self.clock().map_or(SessionTime(0), |clock| clock.session(now)).max(SessionTime(0));
             self.push_event(Event::Started { at });
         }
-    }
-}
-
-/// Where to reach a host of the roster. One that joined over the server's loopback runs on the server's computer.
-fn address_beside(server: SocketAddr, entry: &RosterEntry) -> SocketAddr {
-    if entry.address.ip().is_loopback() && !server.ip().is_loopback() {
-        SocketAddr::new(server.ip(), entry.address.port())
-    } else {
-        entry.address
     }
 }

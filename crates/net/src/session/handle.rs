@@ -1,7 +1,5 @@
 //! What any host does with datagrams of its peers, and with their silence.
 
-use std::net::SocketAddr;
-
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
@@ -9,16 +7,17 @@ use super::peer::{PING_PERIOD_NS, Peer};
 use super::{Endpoint, Event, FARTHEST_FUTURE_NS, Phase, Presence, Role};
 use crate::clock::Exchange;
 use crate::message::{Control, Refusal};
+use crate::route::Route;
 use crate::statistics::Arrival;
 use crate::wire::{Header, decode_state_body};
 
 impl Endpoint {
-    pub(super) fn handle_state(&mut self, now: LocalTime, from: SocketAddr, header: Header, body: &[u8]) {
+    pub(super) fn handle_state(&mut self, now: LocalTime, from: Route, header: Header, body: &[u8]) {
         if header.session != self.session || self.phase != Phase::Active {
             self.counters.wrong_session += 1;
             return;
         }
-        let sender = |peer: &&mut Peer| Some(peer.host) == header.sender && peer.address == from;
+        let sender = |peer: &&mut Peer| Some(peer.host) == header.sender && peer.route == from;
         let Some(peer) = self.peers.iter_mut().filter(|peer| peer.presence != Presence::Left).find(sender)
         else {
             self.counters.unknown_sender += 1;
@@ -47,13 +46,7 @@ impl Endpoint {
         self.push_event(Event::State { from: host, packet, received: now });
     }
 
-    pub(super) fn handle_control(
-        &mut self,
-        now: LocalTime,
-        from: SocketAddr,
-        header: Header,
-        control: Control,
-    ) {
+    pub(super) fn handle_control(&mut self, now: LocalTime, from: Route, header: Header, control: Control) {
         match control {
             Control::Join(join) => return self.handle_join(now, from, header.session, &join),
             Control::SceneRequest { offset, padding } => {
@@ -78,7 +71,7 @@ impl Endpoint {
                 self.handle_ping(now, from, sender, instance, sent_ns, ready);
             }
             Control::Leave { instance, reason } => self.handle_leave(now, from, sender, instance, &reason),
-            _ if self.peer_mut(sender).is_none_or(|peer| peer.address != from) => {
+            _ if self.peer_mut(sender).is_none_or(|peer| peer.route != from) => {
                 self.counters.unknown_sender += 1;
             }
             Control::Pong { instance, sent_ns, received_ns, answered_ns } => {
@@ -96,7 +89,7 @@ impl Endpoint {
     fn handle_ping(
         &mut self,
         now: LocalTime,
-        from: SocketAddr,
+        from: Route,
         sender: HostIndex,
         instance: u64,
         sent_ns: i64,
@@ -117,7 +110,7 @@ impl Endpoint {
             return;
         }
         // Who knows session and instance is the peer, also behind a new address (a router forgot the old one).
-        peer.address = from;
+        peer.route = from;
         peer.ready = ready;
         self.hear(now, sender);
         let (received_ns, answered_ns) = (now.0, now.0);
@@ -144,14 +137,7 @@ impl Endpoint {
         }
     }
 
-    fn handle_leave(
-        &mut self,
-        now: LocalTime,
-        from: SocketAddr,
-        sender: HostIndex,
-        instance: u64,
-        reason: &str,
-    ) {
+    fn handle_leave(&mut self, now: LocalTime, from: Route, sender: HostIndex, instance: u64, reason: &str) {
         let Some(peer) = self.peer_mut(sender).filter(|peer| peer.instance == instance) else {
             self.counters.unknown_sender += 1;
             return;
@@ -226,7 +212,7 @@ impl Endpoint {
                 continue;
             }
             peer.note_ping(now, wants_clock && peer.host == HostIndex::FIRST, period_ns);
-            let to = peer.address;
+            let to = peer.route;
             let ping = Control::Ping { instance: self.instance, sent_ns: now.0, ready: self.announced.clock };
             self.send(to, &ping);
         }

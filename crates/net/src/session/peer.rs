@@ -1,12 +1,11 @@
 //! What an endpoint remembers of another.
 
-use std::net::SocketAddr;
-
 use arrayvec::ArrayVec;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
 use super::MILLISECOND;
+use crate::route::Route;
 use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 
 /// Between pings of peers that are present and send states too: about 8 Hz.
@@ -71,7 +70,7 @@ impl Backoff {
 pub(super) struct Peer {
     pub(super) host: HostIndex,
     pub(super) instance: u64,
-    pub(super) address: SocketAddr,
+    pub(super) route: Route,
     pub(super) presence: Presence,
     /// Whether the caller was told of it.
     pub(super) introduced: bool,
@@ -95,11 +94,11 @@ pub(super) struct Peer {
 }
 
 impl Peer {
-    pub(super) fn new(host: HostIndex, instance: u64, address: SocketAddr, now: LocalTime) -> Self {
+    pub(super) fn new(host: HostIndex, instance: u64, route: Route, now: LocalTime) -> Self {
         Self {
             host,
             instance,
-            address,
+            route,
             presence: Presence::Expected,
             introduced: false,
             restarted: false,
@@ -119,13 +118,13 @@ impl Peer {
     }
 
     /// A new instance took its place; statistics go on.
-    pub(super) fn restart(&mut self, instance: u64, address: SocketAddr, now: LocalTime) {
+    pub(super) fn restart(&mut self, instance: u64, route: Route, now: LocalTime) {
         // One that said good-bye is a newcomer again.
         self.introduced &= self.presence != Presence::Left;
         self.restarted = self.introduced;
         self.presence = Presence::Expected;
         self.instance = instance;
-        self.address = address;
+        self.route = route;
         self.last_heard = now;
         self.next_ping = now;
         self.unanswered = 0;

@@ -1,7 +1,5 @@
 //! What only host 0 does: let newcomers in, tell all who is there, and set tick 0.
 
-use std::net::SocketAddr;
-
 use arrayvec::ArrayVec;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::{LocalTime, SessionTime};
@@ -10,6 +8,8 @@ use xxhash_rust::xxh3::{xxh3_64, xxh3_64_with_seed};
 use super::peer::{Backoff, Peer};
 use super::{Endpoint, Event, MILLISECOND, Phase, Presence, Role, StartWhen};
 use crate::message::{Control, Join, Refusal, Roster, RosterEntry, SCENE_PART_BYTES, SCENE_REQUEST_PADDING};
+use crate::route::Route;
+use crate::text::MAX_TEXT_BYTES;
 
 /// A host that has been silent for so long gives way to a new one of the same name.
 const TAKEOVER_SILENCE_NS: i64 = 1_000 * MILLISECOND;
@@ -29,16 +29,10 @@ impl Server {
         Self { secret, revision: 1 }
     }
 
-    /// A number that only one who receives at `address` can know. Never 0.
-    fn cookie(&self, address: SocketAddr, instance: u64) -> u64 {
-        let ip = match address.ip() {
-            std::net::IpAddr::V4(ip) => ip.to_ipv6_mapped().octets(),
-            std::net::IpAddr::V6(ip) => ip.octets(),
-        };
-        let mut text = [0; 26];
-        text[..16].copy_from_slice(&ip);
-        text[16..18].copy_from_slice(&address.port().to_le_bytes());
-        text[18..].copy_from_slice(&instance.to_le_bytes());
+    /// A number that only one who receives at `route` can know. Never 0.
+    fn cookie(&self, route: Route, instance: u64) -> u64 {
+        let text: ArrayVec<u8, { MAX_TEXT_BYTES + size_of::<u64>() }> =
+            route.distinguishing_bytes().into_iter().chain(instance.to_le_bytes()).collect();
         xxh3_64_with_seed(&text, self.secret) | 1
     }
 }
@@ -52,7 +46,7 @@ enum Seat {
 }
 
 impl Endpoint {
-    pub(super) fn handle_join(&mut self, now: LocalTime, from: SocketAddr, instance: u64, join: &Join) {
+    pub(super) fn handle_join(&mut self, now: LocalTime, from: Route, instance: u64, join: &Join) {
         let Role::Server(server) = &self.role else {
             self.counters.unexpected += 1;
             return;
@@ -67,7 +61,7 @@ impl Endpoint {
         }
         if let Some(peer) = self.peers.iter_mut().find(|peer| peer.instance == instance) {
             // It was let in; the welcome got lost.
-            peer.address = from;
+            peer.route = from;
             let host = peer.host;
             return self.send_welcome(from, instance, host);
         }
@@ -96,7 +90,7 @@ impl Endpoint {
         }
     }
 
-    fn find_seat(&mut self, now: LocalTime, from: SocketAddr, instance: u64, join: &Join) -> Seat {
+    fn find_seat(&mut self, now: LocalTime, from: Route, instance: u64, join: &Join) -> Seat {
         let Some(name) = join.name else { return self.find_free_seat(from) };
         let index = self.config.names.iter().position(|known| known == name.as_str());
         let host = HostIndex(index.expect("an unknown name was objected to") as u8);
@@ -106,7 +100,7 @@ impl Endpoint {
         let Some(peer) = self.peer_mut(host) else { return Seat::Taken(host) };
         let is_silent = now.since(peer.last_heard) >= TAKEOVER_SILENCE_NS;
         // Two programs cannot receive at one address: the old one is gone.
-        if peer.presence != Presence::Present || peer.address == from || is_silent {
+        if peer.presence != Presence::Present || peer.route == from || is_silent {
             return Seat::Taken(host);
         }
         let (contender, since) = *peer.contender.get_or_insert((instance, now));
@@ -120,10 +114,10 @@ impl Endpoint {
     }
 
     /// The first seat that was never taken; else one whose host left; else one whose host is lost.
-    fn find_free_seat(&self, from: SocketAddr) -> Seat {
+    fn find_free_seat(&self, from: Route) -> Seat {
         let users = self.config.names.len() as u8;
         let rank = |host: HostIndex| match self.peers.iter().find(|peer| peer.host == host) {
-            Some(peer) if peer.address == from => Some(0),
+            Some(peer) if peer.route == from => Some(0),
             None => Some(1),
             Some(peer) if peer.presence == Presence::Left => Some(2),
             Some(peer) if peer.presence == Presence::Lost => Some(3),
@@ -133,7 +127,7 @@ impl Endpoint {
         seats.min().map_or(Seat::Refused(Refusal::Full { users }), |(_, host)| Seat::Taken(host))
     }
 
-    fn admit(&mut self, now: LocalTime, from: SocketAddr, instance: u64, host: HostIndex) {
+    fn admit(&mut self, now: LocalTime, from: Route, instance: u64, host: HostIndex) {
         match self.peer_mut(host) {
             None => self.peers.push(Peer::new(host, instance, from, now)),
             Some(peer) => {
@@ -149,7 +143,7 @@ impl Endpoint {
         self.change_roster(now);
     }
 
-    fn send_welcome(&mut self, to: SocketAddr, instance: u64, host: HostIndex) {
+    fn send_welcome(&mut self, to: Route, instance: u64, host: HostIndex) {
         let welcome = Control::Welcome { session: self.session, host, server: self.instance };
         self.send_as(instance, to, &welcome);
     }
@@ -174,15 +168,14 @@ impl Endpoint {
             return;
         }
         let listed = self.peers.iter().filter(|peer| peer.presence != Presence::Left);
-        let entry =
-            |peer: &Peer| RosterEntry { host: peer.host, instance: peer.instance, address: peer.address };
+        let entry = |peer: &Peer| RosterEntry { host: peer.host, instance: peer.instance, route: peer.route };
         let hosts: ArrayVec<_, _> = listed.map(entry).collect();
         let roster = Control::Roster(Roster { revision: server.revision, origin_ns: self.origin_ns, hosts });
         for index in 0..self.peers.len() {
             let peer = &mut self.peers[index];
             if is_due(peer) {
                 peer.roster.again(now);
-                let to = peer.address;
+                let to = peer.route;
                 self.send(to, &roster);
             }
         }
@@ -222,13 +215,7 @@ impl Endpoint {
     }
 
     /// Hands out a part of the scene's text: no state, and no longer than the question.
-    pub(super) fn handle_scene_request(
-        &mut self,
-        to: SocketAddr,
-        instance: u64,
-        offset: u32,
-        padding: usize,
-    ) {
+    pub(super) fn handle_scene_request(&mut self, to: Route, instance: u64, offset: u32, padding: usize) {
         let text = self.config.scene_text.as_bytes();
         let is_server = matches!(self.role, Role::Server(_));
         let rest = usize::try_from(offset).ok().and_then(|offset| text.get(offset..));

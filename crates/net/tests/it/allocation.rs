@@ -62,7 +62,7 @@ fn config(seed: u64) -> Config {
 
 #[test]
 fn states_and_pings_pass_endpoints_without_allocation() {
-    let [a, b] = ["10.0.0.1:1", "10.0.0.2:1"].map(|text| text.parse::<SocketAddr>().unwrap());
+    let [a, b] = ["10.0.0.1:1", "10.0.0.2:1"].map(|text| text.parse::<SocketAddr>().unwrap().into());
     let mut server = Endpoint::serve(config(1), LocalTime(0));
     let mut client = Endpoint::join(config(2), a, LocalTime(0));
     let mut received = 0;

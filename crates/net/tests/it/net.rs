@@ -6,7 +6,9 @@ use std::net::SocketAddr;
 
 use cotouch_net::link::SimulatedLink;
 use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::session::{Config, Endpoint, Event, Presence, StartWhen, Transmit};
+use cotouch_net::route::Route;
+use cotouch_net::session::{Config, Endpoint, Event, Presence, StartWhen};
+use cotouch_net::wire::Transmit;
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
@@ -37,7 +39,7 @@ pub(crate) fn config(users: u8, architecture: Architecture, seed: u64) -> Config
 
 pub(crate) struct Node {
     pub(crate) endpoint: Endpoint,
-    pub(crate) address: SocketAddr,
+    pub(crate) route: Route,
     pub(crate) alive: bool,
     /// Whether it sends a state every network step once started.
     pub(crate) samples: bool,
@@ -134,7 +136,7 @@ impl Net {
         let offset = (index * 977 - 3000) * S + index * 123_456_789;
         let drift = [90e-6, -90e-6, 30e-6, 0.0][index as usize % 4];
         let local = LocalTime(offset + self.now + (self.now as f64 * drift).round() as i64);
-        let endpoint = Endpoint::join(config, self.nodes[0].address, local);
+        let endpoint = Endpoint::join(config, self.nodes[0].route, local);
         self.add(endpoint, offset, drift)
     }
 
@@ -143,7 +145,7 @@ impl Net {
         let address = SocketAddr::from(([10, 0, (index >> 8) as u8, index as u8], 7700));
         self.nodes.push(Node {
             endpoint,
-            address,
+            route: address.into(),
             alive: true,
             samples: true,
             events: vec![],
@@ -165,7 +167,7 @@ impl Net {
     }
 
     /// Hands in a datagram as if it came from `from`, and returns what is sent in answer at once.
-    pub(crate) fn inject(&mut self, node: usize, from: SocketAddr, bytes: &[u8]) -> Vec<Transmit> {
+    pub(crate) fn inject(&mut self, node: usize, from: Route, bytes: &[u8]) -> Vec<Transmit> {
         let now = self.nodes[node].local(self.now);
         let endpoint = &mut self.nodes[node].endpoint;
         endpoint.handle_datagram(now, from, bytes);
@@ -231,7 +233,7 @@ impl Net {
         let local = self.nodes[index].local(self.now);
         while let Some(Transmit { to, bytes }) = self.nodes[index].endpoint.poll_transmit(local) {
             busy = true;
-            let target = self.nodes.iter().position(|node| node.address == to);
+            let target = self.nodes.iter().position(|node| node.route == to);
             let Some(target) = target.filter(|_| self.nodes[index].alive) else { continue };
             if self.cut.contains(&(index, target)) {
                 continue;
@@ -255,7 +257,7 @@ impl Net {
         for (&(from, to), link) in &mut self.links {
             while let Some((_, bytes)) = link.poll_delivery(self.now) {
                 busy = true;
-                let from = self.nodes[from].address;
+                let from = self.nodes[from].route;
                 let node = &mut self.nodes[to];
                 if node.alive {
                     let local = node.local(self.now);
@@ -285,6 +287,10 @@ impl Net {
         let clock = self.nodes[0].endpoint.clock()?;
         Some(self.nodes[0].truth(clock.local(SessionTime(0))))
     }
+}
+
+pub(crate) fn route(address: &str) -> Route {
+    address.parse::<SocketAddr>().unwrap().into()
 }
 
 /// A state that tells who sent it and when.

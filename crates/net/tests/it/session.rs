@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::net::{MS, Net, S, config, packet};
+use crate::net::{MS, Net, S, config, packet, route};
 use cotouch_net::message::Refusal;
 use cotouch_net::scene_fetch::SceneFetch;
 use cotouch_net::session::{Endpoint, Event, SendError, StartWhen};
@@ -397,7 +397,7 @@ fn nobody_there_is_said_so() {
 
 /// The first datagram of a newcomer.
 fn join_datagram(seed: u64) -> Vec<u8> {
-    let server = "10.0.0.0:7700".parse().unwrap();
+    let server = route("10.0.0.0:7700");
     let mut endpoint = Endpoint::join(config(2, Distributed, seed), server, LocalTime(0));
     endpoint.handle_timeout(LocalTime(0));
     endpoint.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec()
@@ -406,7 +406,7 @@ fn join_datagram(seed: u64) -> Vec<u8> {
 #[test]
 fn another_version_is_told_apart() {
     let mut net = Net::new(config(2, Distributed, 1), Impairment::NONE, 1);
-    let stranger = "192.0.2.7:9".parse().unwrap();
+    let stranger = route("192.0.2.7:9");
     let mut join = join_datagram(2);
     join[2] = 9;
     let answers = net.inject(0, stranger, &join);
@@ -415,7 +415,7 @@ fn another_version_is_told_apart() {
     let mut answer = answers[0].bytes.to_vec();
     answer[2] = 9;
     let node = net.join(config(2, Distributed, 2));
-    let server = net.nodes[0].address;
+    let server = net.nodes[0].route;
     assert!(net.inject(node, stranger, &answer).is_empty());
     net.inject(node, server, &answer);
     net.run_for(MS);
@@ -433,16 +433,16 @@ fn strangers_get_one_small_reply_and_leave_no_trace() {
     let mut foreign = config(2, Distributed, 9);
     foreign.scene_hash = 3;
     foreign.user = Some("u".repeat(64));
-    let mut other = Endpoint::join(foreign, net.nodes[0].address, LocalTime(0));
+    let mut other = Endpoint::join(foreign, net.nodes[0].route, LocalTime(0));
     other.handle_timeout(LocalTime(0));
     let foreign = other.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec();
     let mut version = join_datagram(4);
     version[3] = 7;
-    let mut fetch = SceneFetch::new(net.nodes[0].address, 5, LocalTime(0), S);
+    let mut fetch = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), S);
     let fetch = fetch.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec();
     for (kind, bytes) in [join_datagram(2), foreign, version, fetch].into_iter().enumerate() {
         for port in 1..200u16 {
-            let stranger = std::net::SocketAddr::from(([192, 0, 2, 1], port));
+            let stranger = std::net::SocketAddr::from(([192, 0, 2, 1], port)).into();
             let replies = net.inject(0, stranger, &bytes);
             assert_eq!(replies.len(), 1, "kind {kind}");
             assert!(replies[0].bytes.len() <= bytes.len() && replies[0].to == stranger, "kind {kind}");
@@ -459,7 +459,7 @@ fn strangers_with_a_wrong_session_are_counted_and_dropped() {
     let mut bytes = [0; MAX_DATAGRAM];
     let at = SessionTime(0);
     let length = cotouch_net::wire::encode_state(1, HostIndex(1), at, &packet(0, 1), &mut bytes).unwrap();
-    let peer = net.nodes[1].address;
+    let peer = net.nodes[1].route;
     assert!(net.inject(0, peer, &bytes[..length]).is_empty());
     assert_eq!(net.nodes[0].endpoint.counters().wrong_session, 1);
     assert!(net.inject(0, peer, b"hello").is_empty());
@@ -470,8 +470,8 @@ fn strangers_with_a_wrong_session_are_counted_and_dropped() {
 fn the_scene_is_fetched_over_a_bad_link() {
     let mut net = Net::new(config(2, Distributed, 1), Impairment::NONE, 1);
     let text = config(2, Distributed, 1).scene_text;
-    let me = "192.0.2.1:5".parse().unwrap();
-    let mut fetch = SceneFetch::new(net.nodes[0].address, 5, LocalTime(0), 5 * S);
+    let me = route("192.0.2.1:5");
+    let mut fetch = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), 5 * S);
     let (mut now, mut count) = (LocalTime(0), 0);
     while fetch.result().is_none() {
         while let Some(transmit) = fetch.poll_transmit(now) {
@@ -486,7 +486,7 @@ fn the_scene_is_fetched_over_a_bad_link() {
         now = fetch.poll_timeout().unwrap_or(now);
     }
     assert_eq!(fetch.result(), Some(&Ok(text)));
-    let mut alone = SceneFetch::new(net.nodes[0].address, 5, LocalTime(0), 5 * S);
+    let mut alone = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), 5 * S);
     assert!(alone.poll_transmit(LocalTime(5 * S)).is_none());
     assert!(alone.result().unwrap().as_ref().unwrap_err().to_string().starts_with("no answer"));
 }
@@ -503,14 +503,14 @@ proptest! {
         let mut net = Net::full(2, Distributed, Impairment { latency_s: 0.001, ..Impairment::NONE }, 1);
         net.run_for(S / 2);
         for (as_peer, bytes) in &attacks {
-            let from = if *as_peer { net.nodes[1].address } else { "192.0.2.7:9".parse().unwrap() };
+            let from = if *as_peer { net.nodes[1].route } else { route("192.0.2.7:9") };
             net.inject(0, from, bytes);
         }
         for (at, flip) in &flips {
             let mut join = join_datagram(3);
             let at = at % join.len();
             join[at] ^= flip;
-            net.inject(0, "192.0.2.7:9".parse().unwrap(), &join);
+            net.inject(0, route("192.0.2.7:9"), &join);
         }
         net.run_for(2 * S);
         prop_assert_eq!(net.nodes[0].present(), 1);

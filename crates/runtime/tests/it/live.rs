@@ -201,7 +201,9 @@ fn a_shared_session_is_as_it_is() {
     let scene = real_scene(&[]);
     let impairment = Some(Impairment { latency_s: 0.002, ..Impairment::NONE });
     let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
-    let session = LiveSession::fixed(serve(&scene, "127.0.0.1:0".parse().unwrap(), &options).unwrap());
+    let session = LiveSession::fixed(
+        serve(&scene, cotouch_runtime::transport::parse("127.0.0.1:0").unwrap(), &options).unwrap(),
+    );
     assert!(!session.may_change());
     assert!(matches!(session.change(scene.clone()), Err(ChangeError::Shared)));
     assert!(matches!(session.again(), Err(ChangeError::Shared)));

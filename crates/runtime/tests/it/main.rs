@@ -15,4 +15,5 @@ mod schema;
 mod sessions;
 mod soft_real_time;
 mod soft_runs;
+mod transports;
 mod virtual_runs;

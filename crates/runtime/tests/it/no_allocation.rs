@@ -1,7 +1,5 @@
 //! The haptic thread never allocates: not in a station's instant, not in recording it, not where it meets the network.
 
-use std::net::UdpSocket;
-
 use crate::common::session;
 use arrayvec::ArrayVec;
 use cotouch_device::user::SimulatedUser;
@@ -10,9 +8,10 @@ use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
 use cotouch_runtime::monitor;
+use cotouch_runtime::network_threads::NetworkThreads;
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
-use cotouch_runtime::transport::Transport;
+use cotouch_runtime::transport::{self, Impaired};
 use cotouch_runtime::{slow, slow_thread};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -168,10 +167,10 @@ fn assert_everything_happened(items: &[RecordItem], hosts: usize, has_surfaces: 
 #[test]
 fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let scene = load("single-axis", &[]).unwrap();
-    let socket = UdpSocket::bind("127.0.0.1:0").unwrap();
-    let address = socket.local_addr().unwrap();
-    let endpoint = joining::endpoint(&scene, HostIndex::FIRST, address, cotouch_runtime::clock::now());
-    let (_transport, mut port) = Transport::start(socket, endpoint, None, "test").unwrap();
+    let end = transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap();
+    let route = end.route().unwrap();
+    let endpoint = joining::endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
+    let (_threads, mut port) = NetworkThreads::start(Impaired::new(end), endpoint, "test").unwrap();
     let packet = StatePacket::default();
     let counted = allocations(|| {
         for _ in 0..1000 {

@@ -1,0 +1,119 @@
+//! A simulated impairment on every way out of a transport.
+
+use std::io;
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use cotouch_net::link::SimulatedLink;
+use cotouch_net::route::Route;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::Impairment;
+use cotouch_scene::time::LocalTime;
+
+use super::interface::{Arrival, Transport};
+
+/// Most destinations with a link of their own; with one more, all links begin anew.
+const MAX_DESTINATIONS: usize = 32;
+
+/// A transport whose datagrams go over simulated links before they go out, one link a destination.
+pub struct Impaired<T: ?Sized> {
+    /// Nothing before the first impairment.
+    ways: Mutex<Option<Ways>>,
+    inner: Box<T>,
+}
+
+impl<T: Transport + ?Sized> Impaired<T> {
+    /// `inner`, with no impairment yet.
+    #[must_use]
+    pub const fn new(inner: Box<T>) -> Self {
+        Self { ways: Mutex::new(None), inner }
+    }
+
+    /// From now on every way out meets this impairment; datagrams on their way arrive as they would have. At the first
+    /// call `from`, which is this host, and `seed` choose the random numbers.
+    pub fn impair(&self, impairment: &Impairment, seed: u64, from: HostIndex) {
+        let mut ways = self.ways();
+        match &mut *ways {
+            Some(ways) => ways.change(impairment),
+            None if *impairment == Impairment::NONE => {}
+            None => {
+                *ways = Some(Ways { impairment: impairment.clone(), seed, from, links: Vec::new() });
+            }
+        }
+    }
+
+    fn ways(&self) -> MutexGuard<'_, Option<Ways>> {
+        self.ways.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl<T: Transport + ?Sized> Transport for Impaired<T> {
+    fn route(&self) -> io::Result<Route> {
+        self.inner.route()
+    }
+
+    fn send(&self, now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
+        if let Some(ways) = self.ways().as_mut().filter(|ways| !ways.are_clear()) {
+            ways.send(now, to, bytes);
+            return Ok(());
+        }
+        self.inner.send(now, to, bytes)
+    }
+
+    fn receive(&self, now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>> {
+        self.inner.receive(now, buffer)
+    }
+
+    fn send_due(&self, now: LocalTime) -> Option<LocalTime> {
+        let held_back = self.ways().as_mut().and_then(|ways| {
+            ways.send_due(now, &*self.inner);
+            ways.next_due()
+        });
+        held_back.into_iter().chain(self.inner.send_due(now)).min()
+    }
+}
+
+/// The impaired ways from one host to everyone.
+struct Ways {
+    impairment: Impairment,
+    seed: u64,
+    from: HostIndex,
+    links: Vec<(Route, SimulatedLink)>,
+}
+
+impl Ways {
+    fn change(&mut self, impairment: &Impairment) {
+        self.impairment = impairment.clone();
+        self.links.iter_mut().for_each(|(_, link)| link.set_impairment(impairment));
+    }
+
+    /// Whether datagrams meet nothing, and none is on its way.
+    fn are_clear(&self) -> bool {
+        self.impairment == Impairment::NONE && self.next_due().is_none()
+    }
+
+    fn send(&mut self, now: LocalTime, to: Route, bytes: &[u8]) {
+        let index = self.links.iter().position(|(other, _)| *other == to).unwrap_or_else(|| {
+            if self.links.len() == MAX_DESTINATIONS {
+                self.links.clear();
+            }
+            // Destinations in the order in which they are first used: the same run, the same random numbers.
+            let index = HostIndex(self.links.len() as u8);
+            self.links.push((to, SimulatedLink::new(&self.impairment, self.seed, self.from, index)));
+            self.links.len() - 1
+        });
+        self.links[index].1.send(now.0, bytes);
+    }
+
+    fn send_due(&mut self, now: LocalTime, inner: &(impl Transport + ?Sized)) {
+        for (to, link) in &mut self.links {
+            while let Some((_, bytes)) = link.poll_delivery(now.0) {
+                // A datagram that cannot be sent is a lost datagram, which the protocol is made for.
+                let _: io::Result<()> = inner.send(now, *to, bytes);
+            }
+        }
+    }
+
+    fn next_due(&self) -> Option<LocalTime> {
+        self.links.iter().filter_map(|(_, link)| link.next_delivery()).min().map(LocalTime)
+    }
+}

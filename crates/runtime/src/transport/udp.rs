@@ -1,0 +1,76 @@
+//! Datagrams over UDP.
+
+use std::io;
+use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
+
+use cotouch_net::route::Route;
+use cotouch_scene::time::LocalTime;
+
+use super::interface::{Arrival, DynTransport, Kind, MAX_WAIT, Transport};
+use crate::clock;
+
+/// The kind whose routes are addresses.
+pub(super) const KIND: Kind = Kind {
+    scheme: None,
+    end: "UDP socket",
+    listen: |route| open(address(route)?),
+    connect: |server| open(any_address(address(server)?)),
+    is_local: |route| address(route).is_ok_and(|address| address.ip().is_loopback()),
+};
+
+fn open(address: SocketAddr) -> io::Result<Box<DynTransport>> {
+    Ok(Box::new(Udp::bind(address)?))
+}
+
+/// A UDP socket.
+pub struct Udp(UdpSocket);
+
+impl Udp {
+    /// Opens a socket at `address`.
+    ///
+    /// # Errors
+    /// When the system does not let this process have it.
+    pub fn bind(address: SocketAddr) -> io::Result<Self> {
+        let socket = UdpSocket::bind(address)?;
+        socket.set_read_timeout(Some(MAX_WAIT))?;
+        Ok(Self(socket))
+    }
+}
+
+impl Transport for Udp {
+    fn route(&self) -> io::Result<Route> {
+        Ok(self.0.local_addr()?.into())
+    }
+
+    fn send(&self, _now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
+        match self.0.send_to(bytes, address(to)?) {
+            // Somebody else was not there a moment ago.
+            Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => Ok(()),
+            sent => sent.map(|_| ()),
+        }
+    }
+
+    fn receive(&self, _now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>> {
+        use io::ErrorKind::{ConnectionRefused, Interrupted, TimedOut, WouldBlock};
+        match self.0.recv_from(buffer) {
+            Ok((length, from)) => Ok(Some(Arrival { at: clock::now(), from: from.into(), length })),
+            // Nothing came, or a peer is gone, which is the protocol's to notice.
+            Err(error) if matches!(error.kind(), WouldBlock | TimedOut | Interrupted | ConnectionRefused) => {
+                Ok(None)
+            }
+            Err(error) => Err(error),
+        }
+    }
+}
+
+fn address(route: Route) -> io::Result<SocketAddr> {
+    route.socket_address().ok_or_else(|| io::ErrorKind::Unsupported.into())
+}
+
+/// Any port of any address of the family that reaches `server`.
+fn any_address(server: SocketAddr) -> SocketAddr {
+    match server {
+        SocketAddr::V4(_) => SocketAddr::from((Ipv4Addr::UNSPECIFIED, 0)),
+        SocketAddr::V6(_) => SocketAddr::from((Ipv6Addr::UNSPECIFIED, 0)),
+    }
+}
