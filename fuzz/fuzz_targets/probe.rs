@@ -1,13 +1,16 @@
 //! Reflector and prober with arbitrary bytes: no panic, and no echo is longer than its probe.
 #![no_main]
 
+use std::net::SocketAddr;
+
 use cotouch_net::probe::{ProbeConfig, Prober, reflect};
 use cotouch_scene::time::LocalTime;
 use libfuzzer_sys::fuzz_target;
 use xxhash_rust::xxh3::xxh3_64;
 
 fuzz_target!(|data: &[u8]| {
-    let target = "10.0.0.1:1".parse().unwrap();
+    let target: SocketAddr = "10.0.0.1:1".parse().unwrap();
+    let target = target.into();
     let rate_hz = "100".parse().unwrap();
     let config = ProbeConfig { rate_hz, duration_s: 0.1, datagram_bytes: 64, linger_s: 1.0, id: 0 };
     let mut prober = Prober::new(config, target, LocalTime(0));

@@ -3,8 +3,9 @@
 
 use std::net::SocketAddr;
 
-use cotouch_net::session::{Config, Endpoint, StartWhen, Transmit};
-use cotouch_net::wire::{DatagramBytes, HEADER_BYTES};
+use cotouch_net::route::Route;
+use cotouch_net::session::{Config, Endpoint, StartWhen};
+use cotouch_net::wire::{DatagramBytes, HEADER_BYTES, Transmit};
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::time::LocalTime;
 use libfuzzer_sys::fuzz_target;
@@ -54,8 +55,8 @@ fn forge(bytes: &mut [u8], own: Option<&DatagramBytes>) {
 /// Hands all that waits from one to the other.
 fn exchange(
     now: LocalTime,
-    server: (&mut Endpoint, SocketAddr),
-    client: (&mut Endpoint, SocketAddr),
+    server: (&mut Endpoint, Route),
+    client: (&mut Endpoint, Route),
     heads: &mut Heads,
 ) {
     for _ in 0..8 {
@@ -76,12 +77,11 @@ fn exchange(
 }
 
 fuzz_target!(|data: &[u8]| {
-    let server_address: SocketAddr = "10.0.0.1:1".parse().unwrap();
-    let client_address: SocketAddr = "10.0.0.2:1".parse().unwrap();
-    let stranger: SocketAddr = "10.0.0.3:1".parse().unwrap();
+    let [server_route, client_route, stranger] = ["10.0.0.1:1", "10.0.0.2:1", "10.0.0.3:1"]
+        .map(|text| Route::from(text.parse::<SocketAddr>().unwrap()));
     let mut now = LocalTime(0);
     let mut server = Endpoint::serve(config(1), now);
-    let mut client = Endpoint::join(config(2), server_address, now);
+    let mut client = Endpoint::join(config(2), server_route, now);
     let mut heads = Heads::default();
     let mut rest = data;
     // Each piece: what to do, how long to wait, how many bytes follow.
@@ -98,11 +98,11 @@ fuzz_target!(|data: &[u8]| {
         }
         match what >> 1 & 3 {
             0 => server.handle_datagram(now, stranger, &bytes),
-            1 => server.handle_datagram(now, client_address, &bytes),
-            2 => client.handle_datagram(now, server_address, &bytes),
+            1 => server.handle_datagram(now, client_route, &bytes),
+            2 => client.handle_datagram(now, server_route, &bytes),
             _ => {}
         }
-        exchange(now, (&mut server, server_address), (&mut client, client_address), &mut heads);
+        exchange(now, (&mut server, server_route), (&mut client, client_route), &mut heads);
         assert!(server.peers().count() <= 2 && client.peers().count() <= 2);
     }
 });

@@ -2,11 +2,13 @@
 //! nothing. `cargo test -p cotouch-runtime --test it fuzz_seeds -- --ignored` makes them anew.
 
 use std::fs;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use cotouch_net::message::{Control, Join, Roster, Text};
+use cotouch_net::message::{Control, Join, Roster};
 use cotouch_net::packet::{Entry, StatePacket};
 use cotouch_net::probe::{ProbeConfig, Prober, reflect};
+use cotouch_net::text::Text;
 use cotouch_net::wire::{MAX_DATAGRAM, decode_control, decode_state, encode_control, encode_state};
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::replay;
@@ -131,7 +133,8 @@ fn in_session(datagram: &[u8]) -> Vec<u8> {
 fn probe() -> Vec<u8> {
     let rate_hz = "100".parse().unwrap();
     let config = ProbeConfig { rate_hz, duration_s: 0.1, datagram_bytes: 64, linger_s: 1.0, id: 0 };
-    let mut prober = Prober::new(config, "10.0.0.1:1".parse().unwrap(), LocalTime(0));
+    let target: SocketAddr = "10.0.0.1:1".parse().unwrap();
+    let mut prober = Prober::new(config, target.into(), LocalTime(0));
     prober.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec()
 }
 
