@@ -1,7 +1,7 @@
 //! What a page says, with arbitrary bytes: no panic, and a refusal in few words.
 #![no_main]
 
-use cotouch_viewer::protocol::check_page_message;
+use cotouch_viewer::check_page_message;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|data: &[u8]| {

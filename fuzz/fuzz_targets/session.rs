@@ -1,11 +1,7 @@
 //! A server and a host that joined it, fed with datagrams from peers and strangers: no panic, bounded replies.
 #![no_main]
 
-use std::net::SocketAddr;
-
-use cotouch_net::route::Route;
-use cotouch_net::session::{Config, Endpoint, StartWhen};
-use cotouch_net::wire::{DatagramBytes, HEADER_BYTES, Transmit};
+use cotouch_net::{Config, DatagramBytes, Endpoint, HEADER_BYTES, Route, StartWhen, Transmit};
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::time::LocalTime;
 use libfuzzer_sys::fuzz_target;
@@ -60,13 +56,13 @@ fn exchange(
     heads: &mut Heads,
 ) {
     for _ in 0..8 {
-        while let Some(Transmit { to, bytes }) = client.0.poll_transmit(now) {
+        while let Some(Transmit { to, bytes }) = client.0.poll_transmit() {
             if to == server.1 {
                 server.0.handle_datagram(now, client.1, &bytes);
             }
             heads.client = Some(bytes);
         }
-        while let Some(Transmit { to, bytes }) = server.0.poll_transmit(now) {
+        while let Some(Transmit { to, bytes }) = server.0.poll_transmit() {
             if to == client.1 {
                 client.0.handle_datagram(now, server.1, &bytes);
             }
@@ -77,8 +73,9 @@ fn exchange(
 }
 
 fuzz_target!(|data: &[u8]| {
-    let [server_route, client_route, stranger] = ["10.0.0.1:1", "10.0.0.2:1", "10.0.0.3:1"]
-        .map(|text| Route::from(text.parse::<SocketAddr>().unwrap()));
+    let server_route = Route::V4("10.0.0.1:1".parse().unwrap());
+    let client_route = Route::V4("10.0.0.2:1".parse().unwrap());
+    let stranger = Route::V4("10.0.0.3:1".parse().unwrap());
     let mut now = LocalTime(0);
     let mut server = Endpoint::serve(config(1), now);
     let mut client = Endpoint::join(config(2), server_route, now);

@@ -5,8 +5,11 @@ use std::collections::BTreeSet;
 use cotouch_scene::names::Coordinate;
 
 use crate::discretise::per_inertia;
-use crate::lift::layout::quantities;
-use crate::loop_spec::{Body, Coupling, Dynamics, Estimate, Force, LineId, LoopSpec, Motion, Plant, Signal};
+use crate::loop_spec::{
+    Block, Body, Coupling, Dynamics, Estimate, Force, Hold, LineId, LoopSpec, Motion, Plant, Signal,
+    tick_of_step,
+};
+use crate::order::direct_blocks;
 
 /// Why a [`LoopSpec`] cannot be analysed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -63,6 +66,17 @@ pub enum SpecError {
         /// The number.
         found: f64,
     },
+    /// A block that does not fit together.
+    #[error("block {block}: {problem}")]
+    Block {
+        /// Its place.
+        block: usize,
+        /// What is wrong, and what is needed.
+        problem: String,
+    },
+    /// Blocks whose outputs depend on themselves at one instant.
+    #[error("blocks {0:?} depend on each other at one instant; one of them needs a delay")]
+    Circle(Vec<usize>),
     /// Two states of one name.
     #[error("two states are called {0}; every state needs its own name")]
     Duplicate(Coordinate),
@@ -73,7 +87,7 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
     spec.bodies.iter().try_for_each(check_body)?;
     for (index, line) in spec.lines.iter().enumerate() {
         match &line.signal {
-            Signal::Motion(body) => check_index("body", body.0, spec.bodies.len())?,
+            Signal::Motion(body) | Signal::Position(body) => check_index("body", body.0, spec.bodies.len())?,
             Signal::Force(coupling) => {
                 // Along x, y, z.
                 check_components(coupling.components, coupling.components.clamp(1, 3))?;
@@ -90,15 +104,79 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
             }
             &Force::Held(line) => {
                 check_line(spec, line, false)?;
-                match &spec.lines[line.0].signal {
-                    Signal::Force(coupling) => coupling.components,
-                    Signal::Motion(_) => 0,
-                }
+                spec.lines[line.0].signal.force().map_or(0, |coupling| coupling.components)
             }
         };
         check_components(components, spec.bodies[action.body.0].axes.len())?;
     }
+    for (index, block) in spec.blocks.iter().enumerate() {
+        check_block(spec, block).map_err(|problem| SpecError::Block { block: index, problem })?;
+        check_coupling(spec, &block.input, || format!("the input of block {index}"))?;
+    }
+    direct_blocks(spec).map_err(|circle| SpecError::Circle(circle.iter().map(|block| block.0).collect()))?;
     check_names(spec)
+}
+
+/// What is wrong with a block by itself.
+fn check_block(spec: &LoopSpec, block: &Block) -> Result<(), String> {
+    let (states, inputs, outputs) = (block.law.states(), block.law.inputs(), block.law.outputs());
+    for (which, matrix, needed) in [
+        ("A", &block.law.a, (states, states)),
+        ("B", &block.law.b, (states, inputs)),
+        ("C", &block.law.c, (outputs, states)),
+        ("D", &block.law.d, (outputs, inputs)),
+    ] {
+        if matrix.shape() != needed {
+            let (found, (rows, columns)) = (matrix.shape(), needed);
+            return Err(format!("{which} must be {rows}×{columns}; found {}×{}", found.0, found.1));
+        }
+        if let Some(found) = matrix.iter().find(|value| !value.is_finite()) {
+            return Err(format!("numbers of {which} must be finite; found {found}"));
+        }
+    }
+    for (what, found, needed) in [
+        ("components of the input", block.input.components, inputs),
+        ("names of states", block.states.len(), states),
+        (
+            "names of outputs",
+            block.outputs.len(),
+            if block.past_outputs() > 0 || !block.outputs.is_empty() { outputs } else { 0 },
+        ),
+    ] {
+        if found != needed {
+            return Err(format!("{needed} {what} are needed; found {found}"));
+        }
+    }
+    if block.clock.control() != spec.schedule.control() {
+        return Err("its clock must count the ticks of the loop".to_owned());
+    }
+    check_timing(block)
+}
+
+fn check_timing(block: &Block) -> Result<(), String> {
+    if block.weights.iter().any(Vec::is_empty) || block.weights.is_empty() {
+        return Err("every step needs at least one weight".to_owned());
+    }
+    if let Some(found) = block.weights.iter().flatten().find(|weight| !weight.is_finite()) {
+        return Err(format!("weights must be finite; found {found}"));
+    }
+    let steps = block.clock.steps_per_pattern().max(block.weights.len() as u64);
+    for step in 0..steps as i64 {
+        let [from, next] = [step, step + 1].map(|step| tick_of_step(&block.clock, step));
+        let last = from + block.weights_of_step(step).len() as i64 - 1;
+        if last >= next {
+            return Err("a step must have gathered its input before the next one begins".to_owned());
+        }
+        let [used, used_next] = [step, step + 1].map(|step| block.delay.tick_of_use(&block.clock, step));
+        let follows_input = block.law.d.iter().any(|&gain| gain != 0.0);
+        if follows_input && (used < last || used == last && last > from) {
+            return Err("its output must be used after its input was gathered".to_owned());
+        }
+        if block.hold == Hold::First && used == used_next {
+            return Err("outputs of a first-order hold must be used one after the other".to_owned());
+        }
+    }
+    Ok(())
 }
 
 fn check_components(found: usize, allowed: usize) -> Result<(), SpecError> {
@@ -166,9 +244,10 @@ fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> Strin
             Motion::Ground => {}
             Motion::Current(body) => check_index("body", body.0, spec.bodies.len())?,
             Motion::Held(line) => check_line(spec, line, true)?,
+            Motion::Output(block) => check_index("block", block.0, spec.blocks.len())?,
         }
         if term.motion != Motion::Ground {
-            check_index("number", term.number, 2 * spec.axes_of(term.motion).len())?;
+            check_index("number", term.number, spec.numbers_of(term.motion))?;
         }
     }
     Ok(())
@@ -176,7 +255,7 @@ fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> Strin
 
 fn check_line(spec: &LoopSpec, line: LineId, used_as_motion: bool) -> Result<(), SpecError> {
     check_index("line", line.0, spec.lines.len())?;
-    let carries_motion = matches!(spec.lines[line.0].signal, Signal::Motion(_));
+    let carries_motion = spec.lines[line.0].signal.body().is_some();
     if carries_motion == used_as_motion {
         return Ok(());
     }
@@ -192,13 +271,17 @@ fn check_finite(found: f64, what: impl FnOnce() -> String) -> Result<(), SpecErr
     if found.is_finite() { Ok(()) } else { Err(SpecError::Number { what: what(), allowed: "finite", found }) }
 }
 
-/// Names of bodies' states, and of lines (by their first quantity: ages follow).
+/// Names of states, and of lines (by their first quantity: ages follow) and past outputs.
 fn check_names(spec: &LoopSpec) -> Result<(), SpecError> {
     let states = spec.bodies.iter().flat_map(|body| body.states.iter().copied());
-    let first = |line| quantities(spec, line).first().map(|&quantity| line.coordinate(quantity, 1));
+    let first = |line| spec.quantities(line).first().map(|&quantity| line.coordinate(quantity, 1));
     let lines = spec.lines.iter().filter_map(first);
+    let of_blocks = spec.blocks.iter().flat_map(|block| {
+        let outputs = block.outputs.iter().filter(|_| block.past_outputs() > 0);
+        block.states.iter().chain(outputs).copied()
+    });
     let mut seen = BTreeSet::new();
-    match states.chain(lines).find(|&name| !seen.insert(name)) {
+    match states.chain(lines).chain(of_blocks).find(|&name| !seen.insert(name)) {
         Some(name) => Err(SpecError::Duplicate(name)),
         None => Ok(()),
     }

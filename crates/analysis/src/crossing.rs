@@ -1,6 +1,6 @@
 //! Where a verdict changes between two values.
 
-use crate::evaluator::PointVerdict;
+use crate::verdict::PointVerdict;
 
 /// A place where the verdict is known.
 #[derive(Clone, Copy, Debug)]

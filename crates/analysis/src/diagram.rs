@@ -6,7 +6,7 @@
 //! ```text
 //! plant           ẋ = A·x + B·u,  y = C·x          u(t) is what its sources hold: constant or linear from instant to instant
 //! linear block    y_k = C·x_k + D·u_k,  x_{k+1} = A·x_k + B·u_k        at each instant t_k of its clock
-//! average         y_k = Σ_i w_i·u(t_{k−1} + i·T/N)                     of the N samples of the period that just ended
+//! weights         u_k = Σ_i w_i·u(t_k + i·T/N)                         the input of a block, of several samples
 //! first-order hold  y(t) = u_{k−1} + (u_k − u_{k−1})·(t − t_k)/T       linear between values, one period late (paper §3.4)
 //! wire            u = Σ G·y
 //! ```
@@ -46,6 +46,7 @@ mod hand_on_local_model;
 mod held_plant;
 mod layout;
 mod lower;
+mod model;
 mod order;
 mod resampling;
 mod state_space;
@@ -56,116 +57,16 @@ mod timetable;
 use nalgebra::DMatrix;
 
 use crate::eigenvalues;
+use crate::lift::LiftedMap;
+use crate::loop_spec::LoopSpec;
 use check::Checked;
 
+pub use crate::linear::Linear;
 pub use clock::Clock;
 pub use error::{DiagramError, Misfit};
 pub use hand_on_local_model::{hand_on_local_model, hand_on_weighted_local_model};
+pub use model::{Block, BlockId, Diagram, Element, Law, Plant, Sampled, Wire};
 pub use time::{Time, TimeError};
-
-/// A block of a [`Diagram`], by its place in [`Diagram::blocks`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BlockId(pub usize);
-
-/// Blocks and the wires between them.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Diagram {
-    /// The blocks.
-    pub blocks: Vec<Block>,
-    /// The wires; several between the same two blocks add up.
-    pub wires: Vec<Wire>,
-}
-
-/// A block with a name for everything that can become a number of the state.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Block {
-    /// Used in errors.
-    pub name: String,
-    /// Its states' names.
-    pub states: Vec<String>,
-    /// Its outputs' names. What was put out `a` times ago and is still held or on its way is a state called
-    /// `<output>.age<a>`, and the slope with which a first-order hold moves `<output>.slope.age<a>`.
-    pub outputs: Vec<String>,
-    /// What it does.
-    pub element: Element,
-}
-
-/// What a block does.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Element {
-    /// In continuous time.
-    Plant(Plant),
-    /// At the instants of a clock.
-    Sampled(Sampled),
-}
-
-/// `ẋ = A·x + B·u`, `y = C·x`. Its inputs come from sampled blocks, which hold them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plant {
-    /// n × n, 1/s.
-    pub a: DMatrix<f64>,
-    /// n × inputs.
-    pub b: DMatrix<f64>,
-    /// Outputs × n.
-    pub c: DMatrix<f64>,
-}
-
-/// Something that acts at the instants of a clock and holds its output in between.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Sampled {
-    /// When it samples its input.
-    pub clock: Clock,
-    /// For each offset of the clock: how long after sampling the output is used. What was sampled later may not be used
-    /// earlier.
-    pub delays: Vec<Time>,
-    /// From input to output.
-    pub law: Law,
-}
-
-/// How a sampled block makes its output.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Law {
-    /// A linear difference equation.
-    Linear(Linear),
-    /// The weighted sum of the samples of the period that just ended. The clock has one offset; the samples are taken
-    /// at N evenly spaced instants of each of its periods, the first at its start. The states are the sums so far.
-    Average {
-        /// How many signals.
-        channels: usize,
-        /// w_0 to w_{N−1}; at least one.
-        weights: Vec<f64>,
-    },
-    /// Moves linearly from the sample of one period ago to the present one. The clock has one offset; the states are the
-    /// samples of one period ago.
-    FirstOrderHold {
-        /// How many signals.
-        channels: usize,
-    },
-}
-
-/// `y_k = C·x_k + D·u_k`, `x_{k+1} = A·x_k + B·u_k`.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Linear {
-    /// n × n.
-    pub a: DMatrix<f64>,
-    /// n × inputs.
-    pub b: DMatrix<f64>,
-    /// Outputs × n.
-    pub c: DMatrix<f64>,
-    /// Outputs × inputs.
-    pub d: DMatrix<f64>,
-}
-
-/// Adds `gain` times one block's output to another's input.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Wire {
-    /// Whose output.
-    pub from: BlockId,
-    /// Whose input.
-    pub to: BlockId,
-    /// Inputs of `to` × outputs of `from`.
-    pub gain: DMatrix<f64>,
-}
 
 /// A way to the map over one pattern. All give the same matrix; they fail for different reasons, if ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -192,56 +93,19 @@ pub struct DiagramMap {
     pub period_s: f64,
 }
 
+impl LoopSpec {
+    /// The map over one pattern by a route of its signal-flow form ([`LoopSpec::to_diagram`]): the same as
+    /// [`LoopSpec::lift`], found in another way.
+    ///
+    /// # Errors
+    /// When the description is inconsistent, too large, or the route does not apply.
+    pub fn lift_by(&self, route: Route) -> Result<LiftedMap, DiagramError> {
+        let matrix = self.to_diagram()?.lift(route)?.matrix;
+        Ok(LiftedMap { matrix, coordinates: self.coordinates()? })
+    }
+}
+
 impl Diagram {
-    /// A diagram without blocks.
-    #[must_use]
-    pub const fn new() -> Self {
-        Self { blocks: Vec::new(), wires: Vec::new() }
-    }
-
-    /// Adds a plant; its states are called `<name>.x1`, `<name>.x2` and so on.
-    pub fn plant(&mut self, name: impl Into<String>, plant: Plant) -> BlockId {
-        self.add(name, Element::Plant(plant))
-    }
-
-    /// Adds a sampled block; its states are called `<name>.x1` and so on, its outputs `<name>.y1` and so on.
-    pub fn sampled(&mut self, name: impl Into<String>, sampled: Sampled) -> BlockId {
-        self.add(name, Element::Sampled(sampled))
-    }
-
-    /// Adds a block of either kind, named in the same way.
-    pub fn add(&mut self, name: impl Into<String>, element: Element) -> BlockId {
-        let name = name.into();
-        let numbered =
-            |letter: char, count: usize| (1..=count).map(|i| format!("{name}.{letter}{i}")).collect();
-        let (states, outputs) = (numbered('x', element.states()), numbered('y', element.outputs()));
-        self.push(Block { name, states, outputs, element })
-    }
-
-    /// Adds a block whose states and outputs have names of their own.
-    pub fn push(&mut self, block: Block) -> BlockId {
-        self.blocks.push(block);
-        BlockId(self.blocks.len() - 1)
-    }
-
-    /// Adds `gain` times the output of `from` to the input of `to`.
-    pub fn wire(&mut self, from: BlockId, to: BlockId, gain: DMatrix<f64>) {
-        self.wires.push(Wire { from, to, gain });
-    }
-
-    /// Adds the output of `from` to the input of `to`, number by number.
-    pub fn connect(&mut self, from: BlockId, to: BlockId) {
-        self.connect_scaled(from, to, 1.0);
-    }
-
-    /// Adds `gain` times the output of `from` to the input of `to`, number by number.
-    pub fn connect_scaled(&mut self, from: BlockId, to: BlockId, gain: f64) {
-        // Where the two numbers differ, the check says so.
-        let outputs = self.blocks.get(from.0).map_or(0, |block| block.element.outputs());
-        let gain = DMatrix::from_diagonal_element(outputs, outputs, gain);
-        self.wire(from, to, gain);
-    }
-
     /// The names of the map's state.
     ///
     /// # Errors
@@ -273,40 +137,5 @@ impl Diagram {
     pub fn spectral_radius(&self) -> Result<f64, DiagramError> {
         let map = self.lift(Route::Stepping)?;
         Ok(eigenvalues::spectral_radius(&eigenvalues::eigenvalues(&map.matrix)?))
-    }
-}
-
-impl Element {
-    /// How many states it has, samples on their way not counted.
-    #[must_use]
-    pub fn states(&self) -> usize {
-        match self {
-            Self::Plant(plant) => plant.a.nrows(),
-            Self::Sampled(Sampled { law: Law::Linear(linear), .. }) => linear.a.nrows(),
-            Self::Sampled(Sampled {
-                law: Law::Average { channels, .. } | Law::FirstOrderHold { channels },
-                ..
-            }) => *channels,
-        }
-    }
-
-    /// How many inputs it has.
-    #[must_use]
-    pub fn inputs(&self) -> usize {
-        match self {
-            Self::Plant(plant) => plant.b.ncols(),
-            Self::Sampled(Sampled { law: Law::Linear(linear), .. }) => linear.d.ncols(),
-            Self::Sampled(_) => self.states(),
-        }
-    }
-
-    /// How many outputs it has.
-    #[must_use]
-    pub fn outputs(&self) -> usize {
-        match self {
-            Self::Plant(plant) => plant.c.nrows(),
-            Self::Sampled(Sampled { law: Law::Linear(linear), .. }) => linear.d.nrows(),
-            Self::Sampled(_) => self.states(),
-        }
     }
 }

@@ -11,10 +11,11 @@ mod template;
 use cotouch_scene::Scene;
 use cotouch_scene::access::with_override;
 
-use crate::compile::compile;
-use crate::soft;
-use crate::stability::judge;
+use crate::modes::contact_modes;
+use crate::poles::judge;
+use crate::soft::Bodies;
 use crate::sweep::SweepError;
+use crate::verdict::PointVerdict;
 use template::Template;
 
 /// A scene of which some keys take other values, point after point. Can be shared by threads.
@@ -23,29 +24,7 @@ pub struct Evaluator {
     scene: Scene,
     keys: Vec<String>,
     template: Option<Template>,
-    bodies: soft::Bodies,
-}
-
-/// The verdict at one point.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct PointVerdict {
-    /// As in [`crate::stability::Stability`].
-    pub spectral_radius: f64,
-    /// As in [`crate::stability::Stability`].
-    pub stable: bool,
-}
-
-impl PointVerdict {
-    /// Of no mode at all.
-    const NONE: Self = Self { spectral_radius: 0.0, stable: true };
-
-    /// The worse of two modes.
-    fn and(self, other: Self) -> Self {
-        Self {
-            spectral_radius: self.spectral_radius.max(other.spectral_radius),
-            stable: self.stable && other.stable,
-        }
-    }
+    bodies: Bodies,
 }
 
 impl Evaluator {
@@ -68,7 +47,7 @@ impl Evaluator {
             scene: scene.clone(),
             keys: keys.iter().map(|&key| key.to_owned()).collect(),
             template,
-            bodies: soft::Bodies::default(),
+            bodies: Bodies::default(),
         })
     }
 
@@ -92,11 +71,8 @@ impl Evaluator {
         for (key, &value) in self.keys.iter().zip(values) {
             scene = with_override(&scene, key, value)?;
         }
-        if scene.soft.exists() {
-            return Ok(soft::point_verdict(&scene, &self.bodies)?);
-        }
         let mut worst = PointVerdict::NONE;
-        for mode in compile(&scene) {
+        for mode in contact_modes(&scene, &self.bodies)?.0 {
             let verdict = judge(&mode.spec, false)?;
             worst =
                 worst.and(PointVerdict { spectral_radius: verdict.spectral_radius, stable: verdict.stable });

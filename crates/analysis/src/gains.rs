@@ -2,8 +2,8 @@
 
 use cotouch_scene::{Scene, with_override};
 
-use crate::compile::compile;
-use crate::soft::{self, Bodies};
+use crate::modes::contact_modes;
+use crate::soft::Bodies;
 
 /// Springs and dampers, by key.
 const KEYS: [&str; 28] = [
@@ -47,14 +47,7 @@ pub(crate) struct Gain {
 /// The gains that are not 0 and on which the loops of some contact mode depend.
 pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
     let bodies = Bodies::default();
-    if scene.soft.exists() {
-        let loops = |scene: &Scene| soft::modes(scene, &bodies).ok();
-        return gains_that_change(scene, loops);
-    }
-    gains_that_change(scene, compile)
-}
-
-fn gains_that_change<Loops: PartialEq>(scene: &Scene, loops: impl Fn(&Scene) -> Loops) -> Vec<Gain> {
+    let loops = |scene: &Scene| contact_modes(scene, &bodies).ok();
     let present = loops(scene);
     let acts = |gain: &Gain| {
         // A little either way, whichever is allowed.

@@ -1,7 +1,9 @@
 //! From a loop to the exact map of its state over one pattern of ticks and network steps.
 
 pub(crate) mod layout;
+pub(crate) mod program;
 pub(crate) mod stepping;
+mod timetable;
 
 use cotouch_scene::names::Coordinate;
 use nalgebra::DMatrix;
@@ -47,8 +49,7 @@ impl LoopSpec {
     /// # Errors
     /// When the description is inconsistent.
     pub fn lift(&self) -> Result<LiftedMap, SpecError> {
-        check(self)?;
-        Ok(stepping::lift(self, &Layout::new(self, Registers::PerReceiver)))
+        self.lift_with(Registers::PerReceiver)
     }
 
     /// The map in which receivers share the samples of a common sender, named after one of them.
@@ -60,7 +61,17 @@ impl LoopSpec {
     /// # Errors
     /// When the description is inconsistent.
     pub fn lift_shared(&self) -> Result<LiftedMap, SpecError> {
+        self.lift_with(Registers::Shared)
+    }
+
+    /// Numbers in the state of [`LoopSpec::lift_shared`].
+    pub(crate) fn shared_states(&self) -> usize {
+        Layout::new(self, Registers::Shared).coordinates.len()
+    }
+
+    fn lift_with(&self, registers: Registers) -> Result<LiftedMap, SpecError> {
         check(self)?;
-        Ok(stepping::lift(self, &Layout::new(self, Registers::Shared)))
+        let layout = Layout::new(self, registers);
+        Ok(LiftedMap { matrix: stepping::lift(self, &layout), coordinates: layout.coordinates })
     }
 }

@@ -10,8 +10,9 @@ mod rates;
 use cotouch_scene::Scene;
 use serde::Serialize;
 
-use crate::stability::{Stability, analyze};
+use crate::stability::analyze;
 use crate::sweep::SweepError;
+use crate::verdict::Stability;
 
 /// Serialises to the document of `cotouch analyze margin`.
 #[derive(Clone, Debug, PartialEq, Serialize)]

@@ -46,7 +46,7 @@ pub(crate) struct Structure {
 /// What rounding does to speeds adds up over the ticks of a pattern, and once more in positions.
 fn rounding(spec: &LoopSpec) -> f64 {
     const UP_TO_1000_TICKS: f64 = 1e-9;
-    let thousands = spec.schedule.ticks_per_pattern() as f64 / 1000.0;
+    let thousands = spec.ticks_per_pattern() as f64 / 1000.0;
     UP_TO_1000_TICKS * thousands.powi(2).max(1.0)
 }
 
@@ -165,7 +165,7 @@ impl Direction<'_> {
             }
         }
         for register in &self.layout.registers {
-            if let Signal::Motion(body) = self.spec.lines[register.line.0].signal
+            if let Some(body) = self.spec.lines[register.line.0].signal.body()
                 && moves(body.0)
                 && let Some(number) = self.number(body.0)
             {
@@ -181,7 +181,9 @@ impl Direction<'_> {
         let free = |&body: &usize| self.coasting[body].iter().all(|axis| axis.still.is_some());
         let coasts =
             |&body: &usize| self.number(body).is_some_and(|n| self.coasting[body][n].moving.is_some());
-        if !part.iter().all(|body| free(body) && coasts(body)) {
+        if part.iter().any(|&body| self.has_blocks(body))
+            || !part.iter().all(|body| free(body) && coasts(body))
+        {
             return None;
         }
         let offsets = self.offsets(part)?;
@@ -203,7 +205,7 @@ impl Direction<'_> {
             for age in 1..=register.length {
                 let place = register.place(age);
                 match &spec.lines[register.line.0].signal {
-                    Signal::Motion(body) if part.contains(&body.0) => {
+                    Signal::Motion(body) | Signal::Position(body) if part.contains(&body.0) => {
                         let axes = spec.bodies[body.0].axes.len();
                         let since_s = tick_of_step(&spec.schedule, -i64::from(age)) as f64 * period_s;
                         for number in 0..axes {
@@ -211,7 +213,9 @@ impl Direction<'_> {
                         }
                         if let Some(number) = self.number(body.0) {
                             vector[place + number] += since_s;
-                            vector[place + axes + number] = 1.0;
+                            if register.numbers > axes {
+                                vector[place + axes + number] = 1.0;
+                            }
                         }
                     }
                     Signal::Force(coupling) if self.reads(coupling, part) => {
@@ -219,11 +223,20 @@ impl Direction<'_> {
                         offsets.add_force(spec, coupling, &mut force);
                         vector.rows_mut(place, coupling.components).copy_from(&force);
                     }
-                    Signal::Motion(_) | Signal::Force(_) => {}
+                    Signal::Motion(_) | Signal::Position(_) | Signal::Force(_) => {}
                 }
             }
         }
         Some(vector)
+    }
+
+    /// Whether a block acts on a body: what it puts out in uniform motion is not looked into.
+    fn has_blocks(&self, body: usize) -> bool {
+        let mut actions = self.spec.actions.iter().filter(|action| action.body.0 == body);
+        actions.any(|action| {
+            let terms = self.spec.coupling_of(action).into_iter().flat_map(|coupling| &coupling.terms);
+            terms.into_iter().any(|term| matches!(term.motion, Motion::Output(_)))
+        })
     }
 
     fn reads(&self, coupling: &Coupling, part: &[usize]) -> bool {
@@ -315,7 +328,7 @@ impl Direction<'_> {
     fn age(&self, motion: Motion, tick: i64) -> i64 {
         match motion {
             Motion::Held(line) => tick - sampled_at(self.spec, self.spec.lines[line.0].delay, tick),
-            Motion::Ground | Motion::Current(_) => 0,
+            Motion::Ground | Motion::Current(_) | Motion::Output(_) => 0,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::str::FromStr;
 use cotouch_scene::SceneErrors;
 use serde::Serialize;
 
-use crate::stability::AnalysisError;
+use crate::verdict::AnalysisError;
 
 /// More values than this in one direction are a slip of the pen.
 const MOST_VALUES: usize = 100_000;

@@ -45,7 +45,7 @@ pub(crate) fn split(spec: &LoopSpec) -> Vec<Share> {
 /// One group less: all alike; against each other, and how many times that.
 fn reduce(spec: &LoopSpec) -> Option<(LoopSpec, LoopSpec, usize)> {
     let turns = |body: &Body| body.axes.iter().any(|axis| axis.turns());
-    if spec.bodies.iter().any(turns) {
+    if !spec.blocks.is_empty() || spec.bodies.iter().any(turns) {
         return None;
     }
     let hosts = Hosts::of(spec)?;
@@ -110,7 +110,7 @@ impl Hosts {
 fn host_of(body: &Body) -> Option<HostIndex> {
     let host = |name: &Coordinate| match *name {
         Coordinate::Own { host, .. } => Some(host),
-        Coordinate::Held { .. } => None,
+        _ => None,
     };
     let first = host(body.states.first()?)?;
     body.states.iter().all(|name| host(name) == Some(first)).then_some(first)
@@ -119,7 +119,7 @@ fn host_of(body: &Body) -> Option<HostIndex> {
 fn renamed(name: Coordinate, rename: &impl Fn(HostIndex) -> HostIndex) -> Coordinate {
     match name {
         Coordinate::Own { host, part, quantity } => Coordinate::Own { host: rename(host), part, quantity },
-        held @ Coordinate::Held { .. } => held,
+        other => other,
     }
 }
 
@@ -169,13 +169,14 @@ impl Swap {
 
     fn same_line(&self, line: &Line, image: &Line) -> bool {
         let same_signal = match (&line.signal, &image.signal) {
-            (Signal::Motion(body), Signal::Motion(image)) => self.bodies[body.0] == image.0,
+            (Signal::Motion(body), Signal::Motion(image))
+            | (Signal::Position(body), Signal::Position(image)) => self.bodies[body.0] == image.0,
             (Signal::Force(force), Signal::Force(image)) => {
                 force.components == image.components
                     && sorted(force.terms.iter().map(|term| self.moved(term)).collect())
                         == sorted(image.terms.clone())
             }
-            (Signal::Motion(_), Signal::Force(_)) | (Signal::Force(_), Signal::Motion(_)) => false,
+            _ => false,
         };
         line.delay == image.delay && same_signal
     }
@@ -203,6 +204,7 @@ impl Swap {
             Motion::Ground => Motion::Ground,
             Motion::Current(body) => Motion::Current(BodyId(self.bodies[body.0])),
             Motion::Held(line) => Motion::Held(LineId(self.lines[line.0])),
+            Motion::Output(block) => Motion::Output(block),
         };
         Term { motion, ..*term }
     }
@@ -223,6 +225,7 @@ fn sorted(mut terms: Vec<Term>) -> Vec<Term> {
             Motion::Ground => (0, 0),
             Motion::Current(body) => (1, body.0),
             Motion::Held(line) => (2, line.0),
+            Motion::Output(block) => (3, block.0),
         };
         (term.component, motion, term.number)
     };
@@ -280,7 +283,9 @@ impl<'a> Reduction<'a> {
     fn whole(mut self) -> Option<LoopSpec> {
         for line in &self.from.lines {
             let kept = match line.signal {
-                Signal::Motion(body) => self.keeps(self.image(self.hosts.of_body[body.0])),
+                Signal::Motion(body) | Signal::Position(body) => {
+                    self.keeps(self.image(self.hosts.of_body[body.0]))
+                }
                 Signal::Force(_) => self.keeps(line.host),
             };
             if kept {
@@ -314,6 +319,7 @@ impl<'a> Reduction<'a> {
         }
         let signal = match &line.signal {
             Signal::Motion(body) => Signal::Motion(self.bodies[body.0]?),
+            Signal::Position(body) => Signal::Position(self.bodies[body.0]?),
             Signal::Force(coupling) => Signal::Force(self.coupling(coupling, line.host)?),
         };
         if let Some(&known) = self.lines.get(&key) {
@@ -334,7 +340,7 @@ impl<'a> Reduction<'a> {
             let Some(body) = self.from.body_of(term.motion) else { continue };
             let Some(sign) = self.sign(host, self.hosts.of_body[body.0]) else { continue };
             let motion = match term.motion {
-                Motion::Ground => continue,
+                Motion::Ground | Motion::Output(_) => continue,
                 Motion::Current(_) => Motion::Current(self.bodies[body.0]?),
                 Motion::Held(line) => Motion::Held(self.line(&self.from.lines[line.0])?),
             };

@@ -47,7 +47,8 @@ use serde::Serialize;
 
 use crate::check::SpecError;
 use crate::loop_spec::LoopSpec;
-use crate::stability::{AnalysisError, analyze_loop};
+use crate::poles::analyze_loop;
+use crate::verdict::AnalysisError;
 use alone::Held;
 use drift::{Drift, drift};
 use one_line::OneLine;

@@ -1,11 +1,14 @@
 //! What a verdict does not cover, in plain sentences.
 
-use cotouch_scene::scene::{Architecture, DeviceKind, Impairment, PlayOut, Scene, ShapeKind, Space};
+use cotouch_scene::scene::{
+    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, ShapeKind, Space, StiffnessFrom,
+    WallSides,
+};
 
 use crate::compile::ContactMode;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
 use crate::rigid::has_untied_copies;
-use crate::stability::LoopStability;
+use crate::verdict::LoopStability;
 
 /// What the scene has that the verdict does not cover.
 pub(crate) fn warnings(
@@ -19,6 +22,7 @@ pub(crate) fn warnings(
     warn_of_modes(scene, modes, verdicts, &mut warnings);
     warnings.extend(notes);
     warn_of_contact(scene, &mut warnings);
+    warn_of_soft_contact(scene, &mut warnings);
     warn_of_device(scene, &mut warnings);
     if modes.iter().any(|mode| mode.settled && has_untied_copies(&mode.spec)) {
         warnings.push(
@@ -50,9 +54,10 @@ fn warn_of_modes(
         "not every contact mode is stable"
     };
     let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
-    let what = if has_surfaces { "Contacts open and close" } else { "The wall is one-sided" };
+    let soft = scene.soft.exists();
+    let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };
     warnings.push(format!("{what}: {each}, switching between the modes is unproven."));
-    if scene.session.architecture == Architecture::Distributed {
+    if scene.session.architecture == Architecture::Distributed && !soft {
         let who = match (has_surfaces, scene.wall.exists()) {
             (false, _) => "Copies of the object can meet the wall",
             (true, false) => "Fingers can meet the copies of a body",
@@ -93,6 +98,30 @@ fn warn_of_contact(scene: &Scene, warnings: &mut Vec<String>) {
     }
 }
 
+/// What of local models on a soft body is not linear.
+fn warn_of_soft_contact(scene: &Scene, warnings: &mut Vec<String>) {
+    let local = &scene.local_model;
+    if !scene.soft.exists() {
+        return;
+    }
+    if local.sides == WallSides::One {
+        warnings.push(
+            "The loop is linear about the body at rest, each finger on the nearest point of the surface from where it starts; elsewhere and under load the body is stiffer or softer, and contacts that slide are not analysed."
+                .to_owned(),
+        );
+    }
+    if local.kind == LocalModelKind::Pi && local.threshold_force_n > 0.0 {
+        warnings.push(
+            "The threshold of (11) that grows with the integral's force is taken as constant; while it grows the integral leaks, which only takes force away."
+                .to_owned(),
+        );
+    }
+    if local.stiffness_from == StiffnessFrom::Estimate {
+        warnings
+            .push("K_o is estimated while the session runs; the analysis takes the body's own.".to_owned());
+    }
+}
+
 /// A finger whose contact would slide in the settled grasp.
 fn slips(scene: &Scene) -> Option<String> {
     let point = OperatingPoint::settled_grasp(scene);
@@ -108,7 +137,7 @@ fn slips(scene: &Scene) -> Option<String> {
 }
 
 /// What of devices is not linear.
-pub(crate) fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
+fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
     let device = &scene.device;
     if device.kind == DeviceKind::Point {
         return;
@@ -121,7 +150,7 @@ pub(crate) fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
     }
 }
 
-pub(crate) fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
+fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
     let used = || impairments(scene);
     let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
     let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));

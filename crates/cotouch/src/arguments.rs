@@ -9,7 +9,8 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Grid, Sweep};
-use cotouch_net::route::Route;
+use cotouch_net::Route;
+use cotouch_runtime::DeviceChoice;
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 use glam::DVec3;
@@ -251,6 +252,8 @@ pub(crate) struct Host {
     pub(crate) viewer: Option<SocketAddr>,
     /// Impairments of a real link, or overrides of the simulated one.
     pub(crate) impair: Vec<Override>,
+    /// What users have in their hands, besides the simulated hand.
+    pub(crate) devices: Vec<DeviceChoice>,
 }
 
 /// How to replay.
@@ -347,6 +350,8 @@ mod tests {
             "run --record a.mcap --no-record",
             "run --virtual --serve 127.0.0.1:1",
             "run --serve nowhere",
+            "run --device anna=nothing",
+            "join 127.0.0.1:1 --device nothing",
             "replay",
             "replay a.mcap b.mcap",
             "probe",

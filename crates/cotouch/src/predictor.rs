@@ -7,8 +7,7 @@ use cotouch_analysis::stability::{ModeStability, Stability, analyze};
 use cotouch_analysis::sweep::{Sweep, SweepError};
 use cotouch_runtime::clock;
 use cotouch_scene::Scene;
-use cotouch_viewer::predictor::{Answer, Predictor, Question};
-use cotouch_viewer::protocol::{MapAxes, MapAxis};
+use cotouch_viewer::{Answer, MapAxes, MapAxis, Predictor, Question};
 use serde_json::{Value, json};
 
 /// A map of which one point takes longer than this is drawn coarsely first, and never completed point by point, s.

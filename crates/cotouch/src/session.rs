@@ -6,15 +6,16 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::live::{LiveSession, numbered};
-use cotouch_runtime::real_time::{self, RealTimeOptions};
+use cotouch_runtime::real_time;
 use cotouch_runtime::record::{RecordKind, TickRecord};
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::{self, Replayed};
 use cotouch_runtime::session_handle::LOOK_PERIOD;
 use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run;
+use cotouch_runtime::{DeviceChoice, RealTimeOptions};
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
@@ -38,6 +39,8 @@ pub(crate) struct Plan {
     pub(crate) impairment: Option<Impairment>,
     /// Where the page is served.
     pub(crate) viewer: Option<SocketAddr>,
+    /// Who has which device.
+    pub(crate) devices: Vec<DeviceChoice>,
 }
 
 /// Runs a whole session in simulated time.
@@ -48,7 +51,8 @@ pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Re
         progress.show(elapsed_s / duration_s);
         !stop.is_set()
     };
-    Ok(virtual_run::run(scene, duration_s, plan.recording.as_deref(), keep_on)?)
+    let recording = plan.recording.as_deref();
+    Ok(virtual_run::run_with_devices(scene, &plan.devices, duration_s, recording, keep_on)?)
 }
 
 /// Runs `scene` in simulated time, unrecorded; `observe` sees every tick of every host.
@@ -85,6 +89,7 @@ fn options(plan: &Plan) -> RealTimeOptions {
         duration_s: plan.duration_s,
         recording: plan.recording.clone(),
         impairment: plan.impairment.clone(),
+        devices: plan.devices.clone(),
     }
 }
 
@@ -113,7 +118,7 @@ pub(crate) fn watch(
     let mut growth = RecordingGrowth::default();
     while !live.has_ended() {
         // A session that can be changed tells its pages itself; its users read there what has happened.
-        if !live.may_change() {
+        if !live.may_change() || viewer.is_none() {
             for news in live.take_news() {
                 eprintln!("note: {news}");
                 viewer.iter().for_each(|viewer| viewer.tell(&news));

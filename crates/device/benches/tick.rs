@@ -3,10 +3,7 @@
 
 use std::hint::black_box;
 
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, Governor, GovernorInput, PortEnergy, SimulatedUser, WorldView};
 use cotouch_scene::geometry::{Pose, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, Finger, Scene, Space, SpringDamper, VelocityEstimate};
@@ -22,7 +19,7 @@ fn scene(action: Action, space: Space) -> Scene {
 }
 
 fn user(scene: &Scene) -> SimulatedUser {
-    SimulatedUser::of_scene(scene, HostIndex::FIRST).expect("a hand")
+    SimulatedUser::new(scene, HostIndex::FIRST).expect("a hand")
 }
 
 fn one_finger(criterion: &mut Criterion) {

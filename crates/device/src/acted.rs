@@ -10,11 +10,11 @@ bitflags::bitflags! {
     pub struct Acted: u16 {
         /// The force was longer than the largest.
         const FORCE_LIMIT = 1;
-        /// The torque was.
+        /// The torque was longer than the largest.
         const TORQUE_LIMIT = 1 << 1;
         /// Force or torque changed faster than allowed.
         const SLEW_LIMIT = 1 << 2;
-        /// Fading in.
+        /// Forces faded in after a start.
         const SOFT_START = 1 << 3;
         /// Fading out, or faded out.
         const RELEASE = 1 << 4;

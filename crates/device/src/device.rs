@@ -1,9 +1,64 @@
 //! What the rest of cotouch knows about a haptic device: read where it is, write what it renders.
+//!
+//! # How to write a device
+//!
+//! A device is one file in `crates/device/src` and one line in the table of [`drivers`](crate::DRIVERS); from then on
+//! `--device SPEC` reaches it from `run`, `serve` and `join`, and the conformance tests run over it. Copy `still.rs`, the
+//! smallest device that there is, and go through the methods of [`Device`]:
+//!
+//! - **Open.** A function `open(parameters, setup) -> Result<Box<dyn Device>, DeviceOpenError>` gets what stands behind the colon
+//!   of `NAME:PARAMETERS`, and a [`DeviceSetup`](crate::DeviceSetup): the scene (its haptic rate, where fingers rest) and
+//!   whose device it is. It may block, allocate and start threads. What goes wrong is an
+//!   [`DeviceOpenError`](crate::DeviceOpenError).
+//! - **Read.** Where the haptic interface points are, in SI units, in the world frame, finite. Twice at one tick is the
+//!   same twice. A device that cannot say says why: `DeviceError::driver(reason)`; that does not allocate, and stands in
+//!   the session's notes, its summary and its recording, with the device's name.
+//! - **Write.** The wrenches are held until the next write. The governor has seen to it that they are finite, within
+//!   [`limits`](Device::limits) and free of jumps; a device that is asked for anything else refuses all of it.
+//! - **Between the two** there is no allocation, no lock that another thread may hold for long, and bounded work; a driver
+//!   with a slow bus has a thread of its own and a latest-value exchange.
+//! - **Switch.** [`force_switch`](Device::force_switch) takes the force away from any thread, at once and for good. A
+//!   [`SoftwareSwitch`](crate::SoftwareSwitch), or [`HeldWrenches`](crate::HeldWrenches) with one in it, is enough where this
+//!   program makes the force; a driver goes further and tells the hardware.
+//! - **Only where it means something:** [`start`](Device::start), [`observe`](Device::observe), and
+//!   [`is_guided`](Device::is_guided) with [`pointer_targets`](Device::pointer_targets).
+//!
+//! Nothing else in cotouch asks what a device is. Recordings keep what a device reported and its limits, so that a session
+//! with any device replays without it. Devices may wrap devices: pass on what is not changed.
+//!
+//! ```
+//! use std::sync::Arc;
+//! use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, HeldWrenches};
+//! use cotouch_scene::geometry::{Reading, Readings, Wrench, Wrenches};
+//! use glam::DVec3;
+//!
+//! /// A point that goes round in circles, whatever it renders.
+//! struct Circling { centre: DVec3, force: HeldWrenches }
+//!
+//! impl Device for Circling {
+//!     fn name(&self) -> &str { "circling" }
+//!     fn limits(&self) -> DeviceLimits { DeviceLimits::POINT }
+//!     fn recentre(&mut self, position: DVec3) { self.centre = position }
+//!     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
+//!         let (sine, cosine) = (tick as f64 * 1e-3).sin_cos();
+//!         let position = self.centre + DVec3::new(cosine - 1.0, sine, 0.0) * 0.02;
+//!         let velocity = DVec3::new(-sine, cosine, 0.0) * 0.02; // at 1 kHz
+//!         Ok([Reading::point(position, velocity)].into_iter().collect())
+//!     }
+//!     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> { self.force.write(wrenches) }
+//!     fn rendered(&self) -> Wrenches { self.force.rendered() }
+//!     fn force_switch(&self) -> Arc<dyn ForceSwitch> { self.force.switch() }
+//! }
+//! ```
 
-use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
-use cotouch_scene::limits::MAX_FINGERS;
+use std::sync::Arc;
+
+use cotouch_scene::geometry::{Pose, Readings, Wrench, Wrenches};
 use glam::DVec3;
+
+use crate::error::DeviceError;
+use crate::guide::Targets;
+use crate::switch::ForceSwitch;
 
 /// What the user of a device can see: where the bodies of the own host's world are.
 #[derive(Clone, Copy, Debug)]
@@ -22,13 +77,16 @@ pub trait Device: Send {
     /// What the device is called in messages and recordings.
     fn name(&self) -> &str;
 
-    /// How many fingers it has, 1 to [`MAX_FINGERS`]; constant.
+    /// How many fingers it has, 1 to [`MAX_FINGERS`](cotouch_scene::limits::MAX_FINGERS); constant.
     fn fingers(&self) -> usize {
         1
     }
 
     /// What the device can render at each finger; constant.
     fn limits(&self) -> DeviceLimits;
+
+    /// What takes the force away, from any thread; always the same switch.
+    fn force_switch(&self) -> Arc<dyn ForceSwitch>;
 
     /// The first tick at this device will be `tick`. A device that simulates its user begins there.
     fn start(&mut self, tick: u64) {
@@ -44,9 +102,14 @@ pub trait Device: Send {
         let _ = view;
     }
 
+    /// Whether a pointer may draw the fingers, through the guide that the device was opened with; constant.
+    fn is_guided(&self) -> bool {
+        false
+    }
+
     /// Where a pointer draws each finger, m, world; empty when none does. For displays: nothing computes with it.
-    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
-        ArrayVec::new()
+    fn pointer_targets(&self) -> Targets {
+        Targets::new()
     }
 
     /// The readings at the instant of haptic tick `tick`, one a finger. Ticks do not decrease from call to call, but the
@@ -57,11 +120,15 @@ pub trait Device: Send {
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError>;
 
     /// Renders one wrench a finger (on the hand, about the haptic interface point, world frame) and holds them until the
-    /// next write.
+    /// next write. While the force is switched off, nothing is rendered.
     ///
     /// # Errors
     /// When a wrench is not finite, or the device did not take them. What was rendered before stays.
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError>;
+
+    /// What the device renders at this moment, as far as it knows, one wrench a finger: zero while the force is switched
+    /// off, and less than what was written where a motor gives less.
+    fn rendered(&self) -> Wrenches;
 }
 
 impl<D: Device + ?Sized> Device for Box<D> {
@@ -77,6 +144,10 @@ impl<D: Device + ?Sized> Device for Box<D> {
         (**self).limits()
     }
 
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        (**self).force_switch()
+    }
+
     fn start(&mut self, tick: u64) {
         (**self).start(tick);
     }
@@ -89,8 +160,12 @@ impl<D: Device + ?Sized> Device for Box<D> {
         (**self).observe(view);
     }
 
-    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
-        (**self).drawn_to()
+    fn is_guided(&self) -> bool {
+        (**self).is_guided()
+    }
+
+    fn pointer_targets(&self) -> Targets {
+        (**self).pointer_targets()
     }
 
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
@@ -100,12 +175,16 @@ impl<D: Device + ?Sized> Device for Box<D> {
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
         (**self).write(wrenches)
     }
+
+    fn rendered(&self) -> Wrenches {
+        (**self).rendered()
+    }
 }
 
 /// The largest wrench that a device can render.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DeviceLimits {
-    /// N.
+    /// The largest force at a finger, N.
     pub max_force_n: f64,
     /// N·m; 0 for a device that renders no torque.
     pub max_torque_n_m: f64,
@@ -116,113 +195,4 @@ impl DeviceLimits {
     pub const NONE: Self = Self { max_force_n: f64::INFINITY, max_torque_n_m: f64::INFINITY };
     /// Of a point without limits of its own: any force, no torque.
     pub const POINT: Self = Self { max_force_n: f64::INFINITY, max_torque_n_m: 0.0 };
-}
-
-/// Why a device did not do what was asked.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum DeviceError {
-    /// A wrench with a NaN or an infinity.
-    #[error("{device}: a wrench must consist of finite numbers; found force {} N, torque {} N·m", .wrench.force, .wrench.torque)]
-    NotFinite {
-        /// The device's name.
-        device: String,
-        /// What was to be written.
-        wrench: Wrench,
-    },
-    /// A tick that the device cannot answer for.
-    #[error(
-        "{device}: asked for tick {asked}, but the device is at tick {at} and can answer for up to {most_ahead} ticks more"
-    )]
-    TickOutOfReach {
-        /// The device's name.
-        device: String,
-        /// The tick that was asked for.
-        asked: u64,
-        /// The tick at which the device is.
-        at: u64,
-        /// How far ahead it can go at once.
-        most_ahead: u64,
-    },
-}
-
-/// Refuses a wrench that is not finite.
-pub(crate) fn checked(device: &str, wrench: Wrench) -> Result<Wrench, DeviceError> {
-    if wrench.is_finite() {
-        Ok(wrench)
-    } else {
-        Err(DeviceError::NotFinite { device: device.to_owned(), wrench })
-    }
-}
-
-/// A device without dynamics: its reading is set from outside, and it remembers what was written.
-///
-/// For tests, and for pointers whose motion comes from elsewhere.
-#[derive(Clone, Debug, PartialEq)]
-pub struct IdealDevice {
-    name: String,
-    limits: DeviceLimits,
-    reading: Reading,
-    written: Wrench,
-}
-
-impl IdealDevice {
-    /// A device at the origin, at rest, that renders nothing yet.
-    #[must_use]
-    pub fn new(name: impl Into<String>, limits: DeviceLimits) -> Self {
-        Self { name: name.into(), limits, reading: Reading::default(), written: Wrench::default() }
-    }
-
-    /// Sets what the next reads report. It is not checked: a bad reading is what a governor must survive.
-    pub fn set_reading(&mut self, reading: Reading) {
-        self.reading = reading;
-    }
-
-    /// What was written last (zero before the first write).
-    #[must_use]
-    pub fn written(&self) -> Wrench {
-        self.written
-    }
-}
-
-impl Device for IdealDevice {
-    fn name(&self) -> &str {
-        &self.name
-    }
-
-    fn limits(&self) -> DeviceLimits {
-        self.limits
-    }
-
-    fn recentre(&mut self, position: DVec3) {
-        self.reading.pose.position = position;
-    }
-
-    fn read(&mut self, _tick: u64) -> Result<Readings, DeviceError> {
-        Ok([self.reading].into_iter().collect())
-    }
-
-    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
-        for &wrench in wrenches.iter().take(1) {
-            self.written = checked(&self.name, wrench)?;
-        }
-        Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn an_ideal_device_reports_and_remembers() {
-        let mut device = IdealDevice::new("pointer", DeviceLimits::POINT);
-        let reading = Reading::point(DVec3::new(0.1, 0.0, -0.2), DVec3::X);
-        device.set_reading(reading);
-        assert_eq!(device.read(7).unwrap()[..], [reading]);
-        device.write(&[Wrench::force(DVec3::Y)]).unwrap();
-        let error = device.write(&[Wrench::force(DVec3::NAN)]).unwrap_err();
-        assert!(error.to_string().starts_with("pointer: a wrench must consist of finite numbers"), "{error}");
-        assert_eq!(device.written(), Wrench::force(DVec3::Y), "a refused wrench changes nothing");
-    }
 }

@@ -15,7 +15,7 @@ use serde::{Deserialize, Serialize};
 pub struct PortEnergy {
     energy_j: f64,
     least_energy_j: f64,
-    most_energy_j: f64,
+    max_energy_j: f64,
     largest_fall_j: f64,
     peak_force_n: f64,
     last: Option<(Pose, Wrench)>,
@@ -42,8 +42,8 @@ impl PortEnergy {
             self.energy_j -= held.torque.dot(shortest.to_scaled_axis());
         }
         self.least_energy_j = self.least_energy_j.min(self.energy_j);
-        self.most_energy_j = self.most_energy_j.max(self.energy_j);
-        self.largest_fall_j = self.largest_fall_j.max(self.most_energy_j - self.energy_j);
+        self.max_energy_j = self.max_energy_j.max(self.energy_j);
+        self.largest_fall_j = self.largest_fall_j.max(self.max_energy_j - self.energy_j);
         self.last = Some((reading.pose, held));
     }
 

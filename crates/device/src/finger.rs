@@ -1,7 +1,7 @@
 //! One finger of a simulated user, with the device that it is on: the plant, the sensor, the motors.
 //!
 //! The finger is `m_h·x″ = u − (k_h + k_track)·(x − rest) − (b_h + b_track)·v` on every free axis, with u held from tick to
-//! tick: exact in between ([`Plant`]), or, where the links of a mechanism add their inertia, integrated by Runge–Kutta
+//! tick: exact in between ([`SecondOrderPlant`]), or, where the links of a mechanism add their inertia, integrated by Runge–Kutta
 //! steps of fourth order.
 //! What a mechanism does besides:
 //!
@@ -20,7 +20,7 @@ use glam::{BVec3, DVec3};
 use serde::{Deserialize, Serialize};
 
 use crate::linked::Linked;
-use crate::plant::Plant;
+use crate::plant::SecondOrderPlant;
 use crate::script::{Drive, Touch, free_axes};
 
 /// A finger that cannot be simulated.
@@ -31,11 +31,11 @@ pub enum FingerError {
         "a simulated hand needs a mass above 0 kg and finite damping and stiffness; found {mass_kg} kg, {damping_n_s_per_m} N·s/m and {stiffness_n_per_m} N/m (tracking included)"
     )]
     Impedance {
-        /// m_h.
+        /// The hand's mass m_h, kg.
         mass_kg: f64,
-        /// b_h and tracking.
+        /// The hand's damping b_h and that of tracking together, N·s/m.
         damping_n_s_per_m: f64,
-        /// k_h and tracking.
+        /// The hand's stiffness k_h and that of tracking together, N/m.
         stiffness_n_per_m: f64,
     },
 }
@@ -43,9 +43,9 @@ pub enum FingerError {
 /// A finger's state at the instant of a tick, before anything is written there. Places are in the scene's world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FingerState {
-    /// m.
+    /// Where the finger is, m.
     pub position: DVec3,
-    /// m/s.
+    /// How fast the finger moves, m/s.
     pub velocity: DVec3,
     /// The device's force on the hand that is held if nothing new is written, N.
     pub held_force: DVec3,
@@ -65,11 +65,11 @@ pub struct SensorState {
 /// How a finger moves from tick to tick.
 #[derive(Clone, Debug, PartialEq)]
 enum Motion {
-    Point(Plant),
+    Point(SecondOrderPlant),
     Linked(Linked),
 }
 
-/// A finger's constants.
+/// What does not change about a finger and the mechanism that it is on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FingerModel {
     rest: DVec3,
@@ -81,7 +81,7 @@ pub struct FingerModel {
     max_joint_torque_n_m: f64,
     estimate: VelocityEstimate,
     period_s: f64,
-    /// 1 − e^{−ω·T}.
+    /// The share of a new difference that the velocity filter takes in a tick, 1 − e^{−ω·T}.
     filter_share: f64,
 }
 
@@ -112,7 +112,9 @@ impl FingerModel {
         let impedance = SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
         let motion = match placed.filter(|_| device.inertia) {
             Some(placed) => Motion::Linked(Linked::new(placed, mass_kg, impedance, free, period_s)),
-            None => Motion::Point(Plant::new(mass_kg, damping_n_s_per_m, stiffness_n_per_m, period_s)),
+            None => {
+                Motion::Point(SecondOrderPlant::new(mass_kg, damping_n_s_per_m, stiffness_n_per_m, period_s))
+            }
         };
         let counts = device.encoder_counts_per_turn;
         let limit = device.max_joint_torque_n_m;

@@ -50,39 +50,39 @@ pub struct Governor {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GovernorState {
     /// What it is doing.
-    pub phase: Phase,
+    pub phase: GovernorPhase,
     /// What it let through last.
     pub commanded: Wrench,
     /// Ticks on end without a fresh request.
     pub stale_ticks: u32,
     /// The first fault since the start or the last [`clear_fault`](Self::clear_fault).
-    pub fault: Option<Fault>,
+    pub fault: Option<GovernorFault>,
 }
 
 /// What a governor is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Phase {
-    /// Forces fade in.
+pub enum GovernorPhase {
+    /// Forces fade in from nothing.
     SoftStart {
         /// Ticks since it began.
         ticks: u32,
     },
-    /// Forces pass.
+    /// Forces pass, within the limits.
     Open,
-    /// Forces fade out.
+    /// Forces fade out to nothing.
     Releasing {
         /// Ticks since it began.
         ticks: u32,
         /// The wrench from which.
         from: Wrench,
     },
-    /// No force.
+    /// No force passes at all.
     Released,
 }
 
 /// Why a governor released for good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Fault {
+pub enum GovernorFault {
     /// A request (or a request and the governor's damping together) was not a number.
     RequestNotFinite,
     /// A device's reading was not a number.
@@ -132,7 +132,7 @@ impl Governor {
         let max_force_n = sound(limits.max_force_n).min(sound(device.max_force_n));
         let max_torque_n_m = sound(device.max_torque_n_m);
         let force_step_n = sound(limits.max_slew_n_per_s) / control.hz() * SLEW_SLACK;
-        let ticks = |seconds: f64| (seconds * control.hz()).ceil() as u32;
+        let ticks = |seconds: f64| u32::try_from(control.ticks_in(seconds)).unwrap_or(u32::MAX);
         let torque_share = if force_step_n < max_force_n { force_step_n / max_force_n } else { SLEW_SLACK };
         Self {
             max_force_n,
@@ -167,14 +167,14 @@ impl Governor {
         let mut causes = self.causes(state, input);
         let phase = self.begin_phase(state, !causes.is_empty());
         let (target, acted) = match phase {
-            Phase::Open => self.limited(force),
-            Phase::SoftStart { ticks } => {
+            GovernorPhase::Open => self.limited(force),
+            GovernorPhase::SoftStart { ticks } => {
                 let (force, acted) = self.limited(force);
                 let gain = smooth_step(f64::from(ticks) / f64::from(self.soft_start_ticks));
                 (scaled(force, gain), acted | Acted::SOFT_START)
             }
-            Phase::Releasing { ticks, from } => (self.faded_out(ticks, from), Acted::RELEASE),
-            Phase::Released => (Wrench::default(), Acted::RELEASE),
+            GovernorPhase::Releasing { ticks, from } => (self.faded_out(ticks, from), Acted::RELEASE),
+            GovernorPhase::Released => (Wrench::default(), Acted::RELEASE),
         };
         let (commanded, slewed) = self.slewed(state.commanded, target);
         state.commanded = commanded;
@@ -189,10 +189,10 @@ impl Governor {
     pub fn gain(&self, state: &GovernorState) -> f64 {
         let share = |ticks: u32, all: u32| smooth_step((f64::from(ticks) / f64::from(all.max(1))).min(1.0));
         match state.phase {
-            Phase::SoftStart { ticks } => share(ticks, self.soft_start_ticks),
-            Phase::Open => 1.0,
-            Phase::Releasing { ticks, .. } => 1.0 - share(ticks, self.release_ticks),
-            Phase::Released => 0.0,
+            GovernorPhase::SoftStart { ticks } => share(ticks, self.soft_start_ticks),
+            GovernorPhase::Open => 1.0,
+            GovernorPhase::Releasing { ticks, .. } => 1.0 - share(ticks, self.release_ticks),
+            GovernorPhase::Released => 0.0,
         }
     }
 
@@ -233,28 +233,30 @@ impl Governor {
         causes
     }
 
-    fn begin_phase(&self, state: &GovernorState, release: bool) -> Phase {
+    fn begin_phase(&self, state: &GovernorState, release: bool) -> GovernorPhase {
         match state.phase {
-            Phase::SoftStart { .. } | Phase::Open if release => {
-                Phase::Releasing { ticks: 0, from: state.commanded }
+            GovernorPhase::SoftStart { .. } | GovernorPhase::Open if release => {
+                GovernorPhase::Releasing { ticks: 0, from: state.commanded }
             }
-            Phase::Released if !release => self.faded_in(0),
+            GovernorPhase::Released if !release => self.faded_in(0),
             phase => phase,
         }
     }
 
     /// The phase after a tick in `phase`.
-    fn end_phase(&self, phase: Phase, commanded: Wrench) -> Phase {
+    fn end_phase(&self, phase: GovernorPhase, commanded: Wrench) -> GovernorPhase {
         match phase {
-            Phase::SoftStart { ticks } => self.faded_in(ticks + 1),
-            Phase::Releasing { .. } if commanded == Wrench::default() => Phase::Released,
-            Phase::Releasing { ticks, from } => Phase::Releasing { ticks: ticks.saturating_add(1), from },
-            Phase::Open | Phase::Released => phase,
+            GovernorPhase::SoftStart { ticks } => self.faded_in(ticks + 1),
+            GovernorPhase::Releasing { .. } if commanded == Wrench::default() => GovernorPhase::Released,
+            GovernorPhase::Releasing { ticks, from } => {
+                GovernorPhase::Releasing { ticks: ticks.saturating_add(1), from }
+            }
+            GovernorPhase::Open | GovernorPhase::Released => phase,
         }
     }
 
-    fn faded_in(&self, ticks: u32) -> Phase {
-        if ticks < self.soft_start_ticks { Phase::SoftStart { ticks } } else { Phase::Open }
+    fn faded_in(&self, ticks: u32) -> GovernorPhase {
+        if ticks < self.soft_start_ticks { GovernorPhase::SoftStart { ticks } } else { GovernorPhase::Open }
     }
 
     fn faded_out(&self, ticks: u32, from: Wrench) -> Wrench {
@@ -289,7 +291,7 @@ impl GovernorState {
     /// Whether the force is gone and stays so until a soft start.
     #[must_use]
     pub fn is_released(&self) -> bool {
-        self.phase == Phase::Released
+        self.phase == GovernorPhase::Released
     }
 
     /// Forgets a fault, once its cause was seen to: forces come back through a soft start.
@@ -302,8 +304,8 @@ impl GovernorState {
         if self.fault.is_none() {
             self.fault = match (input.reading.is_finite(), force.is_finite()) {
                 (true, true) => None,
-                (false, _) => Some(Fault::ReadingNotFinite),
-                (true, false) => Some(Fault::RequestNotFinite),
+                (false, _) => Some(GovernorFault::ReadingNotFinite),
+                (true, false) => Some(GovernorFault::RequestNotFinite),
             };
         }
     }

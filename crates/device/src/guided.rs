@@ -1,55 +1,61 @@
 //! A simulated user whose fingers a pointer draws, while there is one: how a browser's mouse or touch takes part.
 //!
-//! A pointer says now and then where each finger is to be. What draws the finger, by a [`spring`], is a target that
-//! goes there smoothly: no faster than [`MOST_SPEED_M_PER_S`], through a critically damped second-order filter with its
-//! corner at [`CORNER_HZ`]. The target is outside of the loop; the spring is in it, as a script's tracking is.
+//! A pointer says now and then where each finger is to be. What draws the finger, by a [`pointer_spring`], is a target that
+//! goes there smoothly: no faster than 1 m/s, through a critically damped second-order filter with its
+//! corner at 6 Hz. The target is outside of the loop; the spring is in it, as a script's tracking is.
 //!
 //! Nothing jumps. When a pointer takes the hand, its target begins where the spring gives just the force that the script
 //! gave; when it lets go, the target comes to rest, what the spring still pulls with fades out, and the script begins anew
 //! from where the fingers are. Without a pointer the user is a [`SimulatedUser`], bit for bit.
 
 use std::f64::consts::TAU;
+use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Scene, SpringDamper};
 use glam::DVec3;
 
-use crate::device::{Device, DeviceError, DeviceLimits, WorldView};
+use crate::device::{Device, DeviceLimits, WorldView};
+use crate::error::{DeviceError, DeviceOpenError, no_parameters};
 use crate::finger::{FingerError, FingerModel, FingerState};
-use crate::plant::Plant;
+use crate::guide::{Guide, Targets};
+use crate::plant::SecondOrderPlant;
 use crate::script::Drive;
+use crate::setup::DeviceSetup;
+use crate::switch::ForceSwitch;
 use crate::target::{Progress, Target};
 use crate::user::SimulatedUser;
 
-/// Where a pointer wants the fingers to be, m, world; fewer targets than fingers leave the others where they are.
-pub type Targets = ArrayVec<DVec3, MAX_FINGERS>;
-
 /// The corner of the filter through which a target goes, Hz: a pointer that speaks 20 times a second is smooth.
-pub const CORNER_HZ: f64 = 6.0;
+const POINTER_CORNER_HZ: f64 = 6.0;
 
 /// How fast a target moves at most, m/s.
-pub const MOST_SPEED_M_PER_S: f64 = 1.0;
+const POINTER_MAX_SPEED_M_PER_S: f64 = 1.0;
 
 /// How far from the origin a target may be on every axis, m.
-pub const REACH_M: f64 = 10.0;
+pub const POINTER_REACH_M: f64 = 10.0;
 
 /// After a pointer has gone, its target has so long to come to rest, s.
-pub const STOP_S: f64 = 0.3;
+pub const POINTER_STOP_S: f64 = 0.3;
 
 /// Then what the spring still pulls with fades out within this time, s.
-pub const FADE_S: f64 = 0.3;
+pub const POINTER_FADE_S: f64 = 0.3;
 
 /// The spring of users whose scene gives them none for tracking: soft enough for a mouse's stretch to be seen, and
 /// with it the built-in scenes are as stable as before.
 const USUAL: SpringDamper = SpringDamper { stiffness_n_per_m: 150.0, damping_n_s_per_m: 6.0 };
 
-/// Where guidance comes from; asked once a tick, from the haptic thread. No allocation, no lock.
-pub trait Guide: Send {
-    /// The newest targets; `None` while no pointer moves this hand. What is not finite counts as not said.
-    fn targets(&mut self) -> Option<Targets>;
+/// What `--device` says before the colon.
+pub(crate) const NAME: &str = "hand";
+
+/// The device of a spec `hand`, which takes no parameters.
+pub(crate) fn open(parameters: &str, setup: DeviceSetup<'_>) -> Result<Box<dyn Device>, DeviceOpenError> {
+    no_parameters(NAME, parameters)?;
+    let DeviceSetup { scene, host, guide } = setup;
+    Ok(Box::new(GuidedUser::new(scene, host, guide)?))
 }
 
 /// The spring from a pointer to each finger of the user at `host`: the scene's `tracking`, or a usual one where the scene
@@ -58,19 +64,19 @@ pub trait Guide: Send {
 /// # Panics
 /// When the scene has no such host.
 #[must_use]
-pub fn spring(scene: &Scene, host: HostIndex) -> SpringDamper {
+pub fn pointer_spring(scene: &Scene, host: HostIndex) -> SpringDamper {
     let tracking = scene.users[host.index()].tracking;
     if tracking.stiffness_n_per_m > 0.0 { tracking } else { USUAL }
 }
 
-/// `scene` as the analysis must see it while pointers move the hands of `hosts`: their fingers are tracked by [`spring`].
+/// `scene` as the analysis must see it while pointers move the hands of `hosts`: their fingers are tracked by [`pointer_spring`].
 /// What scripts say of forces stays, for it sets how hard fingers press on what they hold.
 #[must_use]
 pub fn guided_scene(scene: &Scene, hosts: &[HostIndex]) -> Scene {
     let mut guided = scene.clone();
     for &host in hosts.iter().filter(|host| host.index() < scene.users.len()) {
         let user = &mut guided.users[host.index()];
-        user.tracking = spring(scene, host);
+        user.tracking = pointer_spring(scene, host);
         let own = user.fingers.iter_mut().map(|finger| &mut finger.script);
         let own = own.filter(|script| !script.is_empty());
         for script in own.chain([&mut user.script]) {
@@ -90,19 +96,19 @@ pub struct GuidedUser<G> {
     drawing: Drawing,
 }
 
-/// Constants.
+/// What does not change about a user whom a pointer guides.
 struct GuidedModel {
     /// As the user's own, with the spring for their tracking.
     fingers: Vec<FingerModel>,
     /// Of each finger, whether its script tracks too.
     scripts_track: Vec<bool>,
     /// What a target goes through: its input, times the stiffness, is where it is to be.
-    filter: Plant,
+    filter: SecondOrderPlant,
     filter_stiffness: f64,
     /// How far behind, in time, the filter follows what moves steadily.
     lag_s: f64,
-    /// m a tick.
-    most_step_m: f64,
+    /// How far a target moves at most in a tick, m.
+    max_step_m: f64,
     period_s: f64,
 }
 
@@ -118,7 +124,7 @@ enum Drawing {
 
 type Followers = ArrayVec<Follower, MAX_FINGERS>;
 
-/// One finger's target.
+/// What draws one finger on its way to a pointer's target.
 #[derive(Clone, Copy, Debug)]
 struct Follower {
     /// Where the pointer wants it, m.
@@ -133,13 +139,13 @@ impl<G: Guide> GuidedUser<G> {
     /// The user at `host` of a scene.
     ///
     /// # Errors
-    /// As for [`SimulatedUser::of_scene`].
+    /// As for [`SimulatedUser::new`].
     ///
     /// # Panics
     /// When the scene has no such host.
-    pub fn of_scene(scene: &Scene, host: HostIndex, guide: G) -> Result<Self, FingerError> {
-        let user = SimulatedUser::of_scene(scene, host)?;
-        let guided = GuidedModel::of_scene(scene, host, user.model().fingers())?;
+    pub fn new(scene: &Scene, host: HostIndex, guide: G) -> Result<Self, FingerError> {
+        let user = SimulatedUser::new(scene, host)?;
+        let guided = GuidedModel::new(scene, host, user.model().fingers())?;
         Ok(Self { user, guide, guided, drawing: Drawing::Script })
     }
 
@@ -180,6 +186,10 @@ impl<G: Guide> Device for GuidedUser<G> {
         self.user.limits()
     }
 
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        self.user.force_switch()
+    }
+
     fn start(&mut self, tick: u64) {
         self.user.start(tick);
         self.drawing = Drawing::Script;
@@ -193,9 +203,13 @@ impl<G: Guide> Device for GuidedUser<G> {
         self.user.observe(view);
     }
 
+    fn is_guided(&self) -> bool {
+        true
+    }
+
     /// Nothing any more once the pointer has gone.
-    fn drawn_to(&self) -> ArrayVec<DVec3, MAX_FINGERS> {
-        let Drawing::Pointer(followers) = &self.drawing else { return ArrayVec::new() };
+    fn pointer_targets(&self) -> Targets {
+        let Drawing::Pointer(followers) = &self.drawing else { return Targets::new() };
         followers.iter().map(|follower| self.user.moved() + follower.target.position).collect()
     }
 
@@ -211,23 +225,27 @@ impl<G: Guide> Device for GuidedUser<G> {
         self.guided.step(&mut self.user, &mut self.drawing);
         Ok(())
     }
+
+    fn rendered(&self) -> Wrenches {
+        self.user.rendered()
+    }
 }
 
 impl GuidedModel {
-    fn of_scene(scene: &Scene, host: HostIndex, fingers: &[FingerModel]) -> Result<Self, FingerError> {
-        let (period_s, rate_rad_per_s) = (scene.rates.control_hz.period_s(), TAU * CORNER_HZ);
+    fn new(scene: &Scene, host: HostIndex, fingers: &[FingerModel]) -> Result<Self, FingerError> {
+        let (period_s, rate_rad_per_s) = (scene.rates.control_hz.period_s(), TAU * POINTER_CORNER_HZ);
         let guided = |finger: &FingerModel| {
-            let (rest, spring) = (finger.rest(), spring(scene, host));
+            let (rest, spring) = (finger.rest(), pointer_spring(scene, host));
             FingerModel::new(&scene.hand, &scene.device, scene.space, rest, spring, period_s)
         };
         let filter_stiffness = rate_rad_per_s * rate_rad_per_s;
         Ok(Self {
             fingers: fingers.iter().map(guided).collect::<Result<_, _>>()?,
             scripts_track: fingers.iter().map(FingerModel::tracks).collect(),
-            filter: Plant::new(1.0, 2.0 * rate_rad_per_s, filter_stiffness, period_s),
+            filter: SecondOrderPlant::new(1.0, 2.0 * rate_rad_per_s, filter_stiffness, period_s),
             filter_stiffness,
             lag_s: 2.0 / rate_rad_per_s,
-            most_step_m: MOST_SPEED_M_PER_S * period_s,
+            max_step_m: POINTER_MAX_SPEED_M_PER_S * period_s,
             period_s,
         })
     }
@@ -261,7 +279,7 @@ impl GuidedModel {
 
     /// Sends targets to where a pointer says, told in a world that has `moved` (m) from the scene's.
     fn sent(&self, mut followers: Followers, targets: &Targets, moved: DVec3) -> Followers {
-        let reach = DVec3::splat(REACH_M);
+        let reach = DVec3::splat(POINTER_REACH_M);
         for ((follower, model), &target) in followers.iter_mut().zip(&self.fingers).zip(targets) {
             if target.is_finite() {
                 follower.goal = model.reachable(target.clamp(-reach, reach) - moved);
@@ -278,7 +296,7 @@ impl GuidedModel {
         followers
     }
 
-    /// One period on.
+    /// Goes on by one haptic period.
     fn step(&self, user: &mut SimulatedUser, drawing: &mut Drawing) {
         match drawing {
             Drawing::Script => user.step(),
@@ -286,7 +304,7 @@ impl GuidedModel {
             Drawing::Stopping(followers, ticks) => {
                 self.step_to_targets(user, followers);
                 *ticks += 1;
-                if f64::from(*ticks) * self.period_s >= STOP_S {
+                if f64::from(*ticks) * self.period_s >= POINTER_STOP_S {
                     *drawing = Drawing::Fading(what_is_left(followers, user.states()), 0);
                 }
             }
@@ -296,7 +314,7 @@ impl GuidedModel {
                     left.iter().zip(user.states()).enumerate().map(drive).collect();
                 user.step_driven(&self.fingers, &drives);
                 *ticks += 1;
-                if f64::from(*ticks) * self.period_s >= FADE_S {
+                if f64::from(*ticks) * self.period_s >= POINTER_FADE_S {
                     user.begin_scripts();
                     *drawing = Drawing::Script;
                 }
@@ -310,7 +328,7 @@ impl GuidedModel {
         let drives: ArrayVec<Drive, MAX_FINGERS> = followers.iter().map(drive).collect();
         user.step_driven(&self.fingers, &drives);
         for Follower { goal, aim, target } in followers {
-            *aim += (*goal - *aim).clamp_length_max(self.most_step_m);
+            *aim += (*goal - *aim).clamp_length_max(self.max_step_m);
             let Target { position, velocity, .. } = *target;
             (target.position, target.velocity) =
                 self.filter.step(position, velocity, *aim * self.filter_stiffness);
@@ -320,7 +338,7 @@ impl GuidedModel {
     /// What still draws a finger in `state` so many ticks after fading began. In the end it is what a script begins with:
     /// tracking of a place at rest, or nothing, not even the damper.
     fn faded(&self, finger: usize, left: &Follower, state: &FingerState, ticks: u32) -> Drive {
-        let share = 1.0 - Progress::of_least_jerk(f64::from(ticks) * self.period_s, FADE_S).way;
+        let share = 1.0 - Progress::minimum_jerk(f64::from(ticks) * self.period_s, POINTER_FADE_S).way;
         let position = state.position + left.target.position * share;
         let last = if self.scripts_track[finger] { DVec3::ZERO } else { state.velocity };
         let velocity = last.lerp(left.target.velocity, share);

@@ -5,8 +5,8 @@ use cotouch_scene::scene::SpringDamper;
 use glam::{BVec3, DMat3, DVec3};
 
 /// Largest product of a step with the system's fastest rate.
-const LARGEST_STEP: f64 = 0.05;
-const MOST_STEPS: f64 = 256.0;
+const MAX_RATE_STEP: f64 = 0.05;
+const MAX_STEPS: f64 = 256.0;
 
 /// `(m_h·I + Λ(x))·a + b(x, v) = u − k·x − b·v` on the free axes, Λ and b being the mechanism's
 /// ([`Mechanism::dynamics`](cotouch_scene::mechanism::Mechanism::dynamics)), by the classical Runge–Kutta method of
@@ -35,7 +35,7 @@ impl Linked {
     ) -> Self {
         let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = impedance;
         let fastest = (stiffness_n_per_m / mass_kg).abs().sqrt().max((damping_n_s_per_m / mass_kg).abs());
-        let steps = (fastest * period_s / LARGEST_STEP).ceil().clamp(1.0, MOST_STEPS);
+        let steps = (fastest * period_s / MAX_RATE_STEP).ceil().clamp(1.0, MAX_STEPS);
         let rest = placed.mechanism.workspace().centre;
         Self { placed, rest, mass_kg, impedance, free, steps: steps as u32, step_s: period_s / steps }
     }

@@ -14,7 +14,7 @@
 /// from another (free, over-, under- or critically damped), and none loses digits.
 /// Written as an increment, a plant at rest with u = k·x stays there to the bit.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plant {
+pub struct SecondOrderPlant {
     stiffness_n_per_m: f64,
     damping_n_s_per_m: f64,
     /// φ(T), in seconds: position per velocity.
@@ -25,7 +25,7 @@ pub struct Plant {
     velocity_per_force_m_per_n_s: f64,
 }
 
-impl Plant {
+impl SecondOrderPlant {
     /// The plant of mass `mass_kg` > 0 with damping and stiffness to the origin, stepped by `period_s` > 0.
     #[must_use]
     pub fn new(mass_kg: f64, damping_n_s_per_m: f64, stiffness_n_per_m: f64, period_s: f64) -> Self {
@@ -132,7 +132,7 @@ mod tests {
             [0.9993304349345761, 0.0020129454011838873, 6.695650654238787e-06, -0.6709818003946291, 1.0127500709424686, 0.0067098180039462905]),
     ];
 
-    fn columns(plant: &Plant) -> [f64; 6] {
+    fn columns(plant: &SecondOrderPlant) -> [f64; 6] {
         let (a, b, c) = (plant.step(1.0, 0.0, 0.0), plant.step(0.0, 1.0, 0.0), plant.step(0.0, 0.0, 1.0));
         [a.0, b.0, c.0, a.1, b.1, c.1]
     }
@@ -141,7 +141,7 @@ mod tests {
     fn the_map_is_exact() {
         let mut worst: f64 = 0.0;
         for (input @ [m, b, k, period], exact) in EXACT {
-            let found = columns(&Plant::new(*m, *b, *k, *period));
+            let found = columns(&SecondOrderPlant::new(*m, *b, *k, *period));
             // Each against itself; what is a difference of terms about 1, or has all but died out, against its size
             // in the undamped, unhurried case.
             let died_out = 0.01 * period;
@@ -158,7 +158,7 @@ mod tests {
     #[test]
     fn a_free_mass_moves_as_in_the_textbook() {
         let (m, period) = (0.25, 1.0 / 1024.0);
-        let plant = Plant::new(m, 0.0, 0.0, period);
+        let plant = SecondOrderPlant::new(m, 0.0, 0.0, period);
         let (mut x, mut v) = (0.0, 0.0);
         for tick in 1..=4096 {
             (x, v) = plant.step(x, v, 0.5);
@@ -171,7 +171,7 @@ mod tests {
     #[test]
     fn a_damped_oscillator_rings_as_in_the_textbook() {
         let (m, b, k, period) = (0.5, 1.0, 200.0, 1e-3);
-        let plant = Plant::new(m, b, k, period);
+        let plant = SecondOrderPlant::new(m, b, k, period);
         let decay: f64 = b / (2.0 * m);
         let rate = (k / m - decay * decay).sqrt();
         let (mut x, mut v) = (0.1, 0.0);
@@ -188,7 +188,7 @@ mod tests {
     #[test]
     fn rest_is_rest_to_the_bit() {
         for (m, b, k) in [(0.3, 7.0, 123.4), (0.01, 0.0, 1e4), (2.0, 100.0, 0.1)] {
-            let plant = Plant::new(m, b, k, 1e-3);
+            let plant = SecondOrderPlant::new(m, b, k, 1e-3);
             let x = 0.0317;
             assert_eq!(plant.step(x, 0.0, x * k), (x, 0.0));
         }
@@ -196,7 +196,8 @@ mod tests {
 
     #[test]
     fn a_doubled_step_is_two_steps() {
-        let (whole, half) = (Plant::new(0.2, 30.0, 5000.0, 0.02), Plant::new(0.2, 30.0, 5000.0, 0.01));
+        let (whole, half) =
+            (SecondOrderPlant::new(0.2, 30.0, 5000.0, 0.02), SecondOrderPlant::new(0.2, 30.0, 5000.0, 0.01));
         let (x, v) = half.step(0.1, -2.0, 3.0);
         let (two, one) = (half.step(x, v, 3.0), whole.step(0.1, -2.0, 3.0));
         assert!((two.0 - one.0).abs() < 1e-16 && (two.1 - one.1).abs() < 1e-14);

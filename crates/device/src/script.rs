@@ -28,126 +28,26 @@
 //! Actions begin at the first tick at or after the sum of the durations before them, and time within an action counts
 //! from that sum: nothing is lost to rounding to ticks. An action that an event ended was over at that tick's instant.
 
+mod event;
 mod grip;
+mod model;
 mod path;
+mod side;
 
-use arrayvec::ArrayVec;
 use cotouch_scene::geometry::Pose;
-use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Scene, Space, SpringDamper};
-use cotouch_scene::time::{Rate, SessionTime};
+use cotouch_scene::scene::{Action, Scene, SpringDamper};
+use cotouch_scene::time::SessionTime;
 use glam::DVec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
-use serde::{Deserialize, Serialize};
 
-use crate::target::{Target, Transition};
+pub use model::{Drive, Drives, FingerPath, Script, ScriptState, TRANSITION_S, Touch};
+pub(crate) use side::free_axes;
+
+use self::model::{LOAD_TIME_S, Step};
+use self::side::Side;
 use crate::tremor::Tremor;
-use grip::Side;
-pub(crate) use grip::free_axes;
-
-/// Seconds in which a target moves over to a new path, a finger gains its closing speed and a push fades in or out
-/// (about a person's reaction time).
-pub const TRANSITION_S: f64 = 0.2;
-
-/// The shortest time in which a closing finger that presses comes to rest, s.
-pub const SHORTEST_STOP_S: f64 = 0.05;
-
-/// Time constant with which a user judges a load, s.
-pub const LOAD_TIME_S: f64 = 0.05;
-
-/// A script, ready to run: constants only.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Script {
-    steps: Vec<Step>,
-    repeat: bool,
-    tracking: SpringDamper,
-    /// k_h, which a pressing finger must overcome.
-    arm_stiffness_n_per_m: f64,
-    space: Space,
-    /// The direction of gravity, if there is any.
-    down: Option<DVec3>,
-    /// One a body.
-    sides: Vec<Side>,
-    control: Rate,
-    period_s: f64,
-    /// 1 − e^{−T/[`LOAD_TIME_S`]}.
-    load_share: f64,
-}
-
-#[derive(Clone, Debug, PartialEq)]
-struct Step {
-    action: Action,
-    tremor: Option<Tremor>,
-    /// The body that a `grasp` names.
-    body: Option<usize>,
-}
-
-/// How far a script is. A plain value: with the script, the tick, and what is felt and seen it decides what comes next.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ScriptState {
-    /// Index of the present action; the number of actions when the script is over.
-    pub action: usize,
-    /// When it began, before rounding up to a tick.
-    pub began: SessionTime,
-    /// The first tick that does not belong to it (unless an event ends it before).
-    pub until_tick: u64,
-    /// The first tick at which a `push-and-let-go` no longer pushes.
-    pub let_go_tick: u64,
-    /// One a finger that follows the script.
-    pub fingers: ArrayVec<FingerPath, MAX_FINGERS>,
-    /// The body that was grasped last.
-    pub body: Option<usize>,
-    /// What a `turn` turns about, m.
-    pub centre: DVec3,
-    /// The sum of the forces that the fingers feel, along gravity, smoothed, N.
-    pub load_n: f64,
-    /// The same when the present action began.
-    pub load_at_begin_n: f64,
-}
-
-/// The path that one finger's target follows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FingerPath {
-    /// The fixed point of the present path, m.
-    pub anchor: DVec3,
-    /// By how much a `carry`, `carry-to`, `lift` or `let-go` moves it in all, m.
-    pub shift: DVec3,
-    /// From the last path to the present one.
-    pub transition: Transition,
-    /// When the transition began, s after the action; negative for one that an action before left unfinished.
-    pub transition_began_s: f64,
-    /// Whether the finger is on its way to a body that it is to grasp.
-    pub closing: bool,
-    /// Where a `grasp` presses to, a unit vector; zero before the first one.
-    pub approach: DVec3,
-    /// The same in the body's frame.
-    pub grip: DVec3,
-}
-
-/// What a finger is and feels at a tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Touch {
-    /// m.
-    pub position: DVec3,
-    /// Where the arm draws it, m.
-    pub rest: DVec3,
-    /// The device's force on it, N.
-    pub felt: DVec3,
-}
-
-/// What a script asks of a finger during one tick.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Drive {
-    /// Muscle force, N.
-    pub force: DVec3,
-    /// Where tracking draws the finger.
-    pub target: Target,
-}
-
-/// One drive a finger.
-pub type Drives = ArrayVec<Drive, MAX_FINGERS>;
 
 impl Script {
     /// The script of the user at `host`, or the own one of that user's finger number `finger` (from 0). Tremors are
@@ -156,7 +56,7 @@ impl Script {
     /// # Panics
     /// When the scene has no such host or finger.
     #[must_use]
-    pub fn of_scene(scene: &Scene, host: HostIndex, finger: Option<usize>) -> Self {
+    pub fn new(scene: &Scene, host: HostIndex, finger: Option<usize>) -> Self {
         let user = &scene.users[host.index()];
         let actions = finger.map_or(&user.script, |finger| &user.fingers[finger].script);
         // Weyl's sequence keeps the seeds apart; the generator hashes what it is given.
@@ -248,10 +148,6 @@ impl Script {
         (0..state.fingers.len()).map(drive).collect()
     }
 
-    fn elapsed_s(&self, state: &ScriptState, tick: u64) -> f64 {
-        (tick as f64 * self.period_s - state.began.as_secs_f64()).max(0.0)
-    }
-
     /// Which action comes after number `action`.
     fn after(&self, action: usize) -> usize {
         match action + 1 {
@@ -279,28 +175,20 @@ impl Script {
         let mut state = ScriptState {
             action: index,
             began,
-            until_tick: self.first_tick_at(until),
+            until_tick: self.tick_at(until),
             let_go_tick: 0,
             load_at_begin_n: before.load_n,
             ..before.clone()
         };
         if let Some(&Action::PushAndLetGo { push_s, .. }) = action {
-            state.let_go_tick = self.first_tick_at(after(began, push_s));
+            state.let_go_tick = self.tick_at(after(began, push_s));
         }
         self.lay_paths(before, &mut state, touches, bodies);
         state
     }
 
-    fn action(&self, index: usize) -> Option<&Action> {
-        self.steps.get(index).map(|step| &step.action)
-    }
-
-    fn first_tick_at(&self, time: SessionTime) -> u64 {
-        if time.0 == i64::MAX {
-            return u64::MAX;
-        }
-        let tick = self.control.last_tick_at(time);
-        if self.control.instant(tick) < time { tick + 1 } else { tick }
+    fn tick_at(&self, time: SessionTime) -> u64 {
+        if time.0 == i64::MAX { u64::MAX } else { self.control.first_tick_at(time) }
     }
 }
 

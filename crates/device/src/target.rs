@@ -6,11 +6,11 @@ use serde::{Deserialize, Serialize};
 /// A point of a path.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Target {
-    /// m.
+    /// Where the point is, m.
     pub position: DVec3,
-    /// m/s.
+    /// How fast it moves, m/s.
     pub velocity: DVec3,
-    /// m/s².
+    /// How its velocity changes, m/s².
     pub acceleration: DVec3,
 }
 
@@ -87,15 +87,15 @@ impl Target {
 /// How much of a movement from rest to rest is done.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Progress {
-    /// 0 to 1.
+    /// The share of the way that is done, 0 to 1.
     pub(crate) way: f64,
     pub(crate) rate_per_s: f64,
     pub(crate) change_per_s2: f64,
 }
 
 impl Progress {
-    /// Of a movement of least jerk, `10s³ − 15s⁴ + 6s⁵`.
-    pub(crate) fn of_least_jerk(elapsed_s: f64, duration_s: f64) -> Self {
+    /// Of a minimum-jerk movement, `10s³ − 15s⁴ + 6s⁵`.
+    pub(crate) fn minimum_jerk(elapsed_s: f64, duration_s: f64) -> Self {
         if elapsed_s >= duration_s {
             return Self { way: 1.0, rate_per_s: 0.0, change_per_s2: 0.0 };
         }

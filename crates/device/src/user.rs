@@ -1,6 +1,8 @@
 //! A simulated user: one or more fingers on devices, following scripts.
 
-use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench};
+use std::sync::Arc;
+
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench, Wrenches};
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -9,14 +11,16 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::device::{Device, DeviceError, DeviceLimits, WorldView, checked};
+use crate::device::{Device, DeviceLimits, WorldView};
+use crate::error::DeviceError;
 use crate::finger::{FingerError, FingerModel, FingerState};
 use crate::script::{Drive, Script, ScriptState, Touch};
+use crate::switch::{ForceSwitch, SoftwareSwitch, check_finite};
 
 /// Most ticks that a user catches up in one read (a quarter of an hour at 1 kHz).
-pub const MOST_TICKS_AHEAD: u64 = 1_000_000;
+pub const MAX_TICKS_AHEAD: u64 = 1_000_000;
 
-/// A user's constants.
+/// What does not change about a user: fingers and scripts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UserModel {
     fingers: Vec<FingerModel>,
@@ -29,7 +33,7 @@ pub struct UserModel {
 pub struct UserState {
     /// The tick of whose instant the rest speaks.
     pub tick: u64,
-    /// One a finger.
+    /// The fingers' state or constants, one a finger.
     pub fingers: ArrayVec<FingerState, MAX_FINGERS>,
     /// How far the scripts are: the user's, if a finger follows it, then the own ones of fingers.
     pub scripts: ArrayVec<ScriptState, MAX_FINGERS>,
@@ -43,17 +47,17 @@ impl UserModel {
     ///
     /// # Panics
     /// When the scene has no such host.
-    pub fn of_scene(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
+    pub fn new(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
         let user = &scene.users[host.index()];
         let own = |finger: usize| !user.fingers[finger].script.is_empty();
         let count = user.fingers.len().min(MAX_FINGERS);
         let common: ArrayVec<usize, MAX_FINGERS> = (0..count).filter(|&finger| !own(finger)).collect();
         let mut scripts = Vec::new();
         if !common.is_empty() {
-            scripts.push((Script::of_scene(scene, host, None), common));
+            scripts.push((Script::new(scene, host, None), common));
         }
         for finger in (0..count).filter(|&finger| own(finger)) {
-            scripts.push((Script::of_scene(scene, host, Some(finger)), [finger].into_iter().collect()));
+            scripts.push((Script::new(scene, host, Some(finger)), [finger].into_iter().collect()));
         }
         let fingers = (0..count).map(|finger| {
             let script = scripts.iter().find(|(_, fingers)| fingers.contains(&finger));
@@ -70,7 +74,7 @@ impl UserModel {
         Ok(Self { fingers: fingers.collect::<Result<_, _>>()?, scripts })
     }
 
-    /// The fingers' constants.
+    /// The fingers' state or constants, one a finger.
     #[must_use]
     pub fn fingers(&self) -> &[FingerModel] {
         &self.fingers
@@ -143,7 +147,7 @@ impl UserState {
 /// [`read`](Device::read) reports the state at a tick; [`write`](Device::write) stores the forces and advances the
 /// user by exactly one period, to the next tick's instant. A read at a later tick than that first catches up, the
 /// last forces and the last view being held: a loop that skipped ticks finds the fingers where they would be (work in
-/// proportion to the ticks skipped, at most [`MOST_TICKS_AHEAD`]). Neither allocates nor locks.
+/// proportion to the ticks skipped, at most [`MAX_TICKS_AHEAD`]). Neither allocates nor locks.
 ///
 /// What the user saw last is not part of the state: it is shown anew before every write.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,6 +162,7 @@ pub struct SimulatedUser {
     seen: Vec<Pose>,
     /// From the scene's world, in which the state is told, to the present one, m.
     moved: DVec3,
+    switch: SoftwareSwitch,
 }
 
 impl SimulatedUser {
@@ -168,8 +173,8 @@ impl SimulatedUser {
     ///
     /// # Panics
     /// When the scene has no such host.
-    pub fn of_scene(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
-        let model = UserModel::of_scene(scene, host)?;
+    pub fn new(scene: &Scene, host: HostIndex) -> Result<Self, FingerError> {
+        let model = UserModel::new(scene, host)?;
         let pose = |body: &cotouch_scene::scene::Body| Pose {
             position: body.position_m,
             orientation: glam::DQuat::from_scaled_axis(body.rotation_rad),
@@ -181,16 +186,17 @@ impl SimulatedUser {
         let name = scene.users[host.index()].name.clone();
         let forces = model.fingers.iter().map(FingerModel::everywhere_n);
         let limits = DeviceLimits { max_force_n: forces.fold(f64::INFINITY, f64::min), max_torque_n_m: 0.0 };
-        Ok(Self { name, model, limits, state, readings, seen, moved: DVec3::ZERO })
+        let (moved, switch) = (DVec3::ZERO, SoftwareSwitch::default());
+        Ok(Self { name, model, limits, state, readings, seen, moved, switch })
     }
 
-    /// The constants.
+    /// What does not change about the user.
     #[must_use]
     pub fn model(&self) -> &UserModel {
         &self.model
     }
 
-    /// The state now.
+    /// The user's state at the present tick.
     #[must_use]
     pub fn state(&self) -> &UserState {
         &self.state
@@ -253,10 +259,10 @@ impl SimulatedUser {
     /// Goes on to `tick` with as many `step`s as that takes.
     pub(crate) fn catch_up(&mut self, tick: u64, mut step: impl FnMut(&mut Self)) -> Result<(), DeviceError> {
         let at = self.state.tick;
-        if tick.checked_sub(at).is_none_or(|ahead| ahead > MOST_TICKS_AHEAD) {
-            let (device, most_ahead) = (self.name.clone(), MOST_TICKS_AHEAD);
-            return Err(DeviceError::TickOutOfReach { device, asked: tick, at, most_ahead });
+        if tick.checked_sub(at).is_none_or(|ahead| ahead > MAX_TICKS_AHEAD) {
+            return Err(DeviceError::TickOutOfReach { asked: tick, at, max_ahead: MAX_TICKS_AHEAD });
         }
+        self.obey_switch();
         while self.state.tick < tick {
             step(self);
         }
@@ -274,14 +280,20 @@ impl SimulatedUser {
 
     /// The devices render `wrenches` from now on.
     pub(crate) fn hold(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
-        for &wrench in wrenches {
-            checked(&self.name, wrench)?;
-        }
+        check_finite(wrenches)?;
         for ((model, finger), wrench) in self.model.fingers.iter().zip(&mut self.state.fingers).zip(wrenches)
         {
             finger.held_force = model.rendered(finger.position, wrench.force);
         }
+        self.obey_switch();
         Ok(())
+    }
+
+    /// No force is held on while it is switched off.
+    fn obey_switch(&mut self) {
+        if self.switch.is_disabled() {
+            self.state.fingers.iter_mut().for_each(|finger| finger.held_force = DVec3::ZERO);
+        }
     }
 }
 
@@ -298,6 +310,10 @@ impl Device for SimulatedUser {
     /// limit, which depends on where a finger is, never acts.
     fn limits(&self) -> DeviceLimits {
         self.limits
+    }
+
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        self.switch.handle()
     }
 
     fn start(&mut self, tick: u64) {
@@ -326,5 +342,11 @@ impl Device for SimulatedUser {
         self.hold(wrenches)?;
         self.step();
         Ok(())
+    }
+
+    fn rendered(&self) -> Wrenches {
+        let is_disabled = self.switch.is_disabled();
+        let force = |finger: &FingerState| if is_disabled { DVec3::ZERO } else { finger.held_force };
+        self.states().iter().map(|finger| Wrench::force(force(finger))).collect()
     }
 }

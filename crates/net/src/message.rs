@@ -10,22 +10,24 @@ use crate::route::Route;
 use crate::text::Text;
 
 /// Most bytes of a scene in one [`Control::ScenePart`].
-pub const SCENE_PART_BYTES: usize = 1000;
+pub(crate) const SCENE_PART_BYTES: usize = 1000;
 
 /// Padding of a [`Control::SceneRequest`], bytes: more than the longest answer has beyond its own fields.
-pub const SCENE_REQUEST_PADDING: usize = 1024;
+pub(crate) const SCENE_REQUEST_PADDING: usize = 1024;
+
+/// One life of one host, and who a peer is wherever it is reached: a random number that a host draws when it starts, so that one
+/// that died and came back is told apart from the old one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PeerId(pub u64);
 
 /// A control message.
-///
-/// An *instance* is one life of one endpoint: a random number that a host draws when it starts, so that a host that
-/// died and came back is told apart from the old one.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Control {
     /// Newcomer to server; repeated until answered. With `cookie` 0 it is answered by a challenge.
     Join(Join),
-    /// Server to newcomer: repeat the join with this cookie, to show that the address is yours.
+    /// Server to newcomer: repeat the join with this cookie, to show that you receive by the route that you send from.
     Challenge {
-        /// A hash of address, instance and a secret of the server.
+        /// A hash of route, id and a secret of the server.
         cookie: u64,
     },
     /// Server to newcomer: you are in.
@@ -34,8 +36,8 @@ pub enum Control {
         session: u64,
         /// The host index that the newcomer has from now on.
         host: HostIndex,
-        /// The server's instance.
-        server: u64,
+        /// The server's id.
+        server: PeerId,
     },
     /// Server to newcomer, or to a host that was replaced.
     Refuse(Refusal),
@@ -48,8 +50,8 @@ pub enum Control {
     },
     /// Between any two hosts that exchange state; greeting, keep-alive and first half of a clock exchange.
     Ping {
-        /// The sender's instance.
-        instance: u64,
+        /// The sender's id.
+        id: PeerId,
         /// When it was sent, ns of the sender's clock (t1).
         sent_ns: i64,
         /// Whether the sender's clock is agreed upon, so that the session may start.
@@ -57,8 +59,8 @@ pub enum Control {
     },
     /// The answer to a ping.
     Pong {
-        /// The answering host's instance.
-        instance: u64,
+        /// The answering host's id.
+        id: PeerId,
         /// Of the ping (t1).
         sent_ns: i64,
         /// When the ping arrived, ns of the answering host's clock (t2).
@@ -68,8 +70,8 @@ pub enum Control {
     },
     /// The sender leaves; repeated until acknowledged.
     Leave {
-        /// The sender's instance.
-        instance: u64,
+        /// The sender's id.
+        id: PeerId,
         /// Why, in words.
         reason: Text,
     },
@@ -128,8 +130,8 @@ pub struct Roster {
 pub struct RosterEntry {
     /// Its index.
     pub host: HostIndex,
-    /// Its instance.
-    pub instance: u64,
+    /// Which life of it.
+    pub id: PeerId,
     /// Where the server reaches it.
     pub route: Route,
 }

@@ -3,7 +3,7 @@
 //!
 //! `cargo bench -p cotouch-runtime --bench virtual_time`
 
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_testkit::built_in;
@@ -25,12 +25,7 @@ fn simulated_seconds(criterion: &mut Criterion) {
         let scene = built_in(name, overrides);
         let users = scene.session.users;
         let mut session = VirtualSession::new(&scene, |host| {
-            Station::new(
-                &scene,
-                host,
-                SimulatedUser::of_scene(&scene, host).expect("its hands are sound"),
-                None,
-            )
+            Station::new(&scene, host, SimulatedUser::new(&scene, host).expect("its hands are sound"), None)
         });
         let mut tick = 0;
         group.bench_function(format!("{users} users, {name}, {:?}", scene.session.architecture), |bencher| {

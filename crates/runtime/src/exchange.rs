@@ -26,7 +26,7 @@ pub trait RecordSink {
     fn record(&mut self, item: &RecordItem);
 }
 
-/// No recording.
+/// A sink that keeps nothing.
 impl RecordSink for () {
     fn record(&mut self, _: &RecordItem) {}
 }

@@ -20,9 +20,9 @@ pub enum ExportError {
     /// The ticks do not all have the same numbers.
     #[error("{host} tick {tick} has {found} numbers where {expected} were expected as in the first tick")]
     Uneven {
-        /// The host.
+        /// The host whose tick it is.
         host: HostIndex,
-        /// The tick.
+        /// The index of that tick.
         tick: u64,
         /// How many numbers it has.
         found: usize,

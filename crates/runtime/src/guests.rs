@@ -6,12 +6,13 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 
-use crate::hand::{Hand, HeldBy, Seat, TakeError};
-use crate::real_time::{self, RealTimeOptions};
+use crate::options::RealTimeOptions;
+use crate::pointer::{HeldBy, PointerHandle, Seat, TakeError};
+use crate::real_time;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::Snapshot;
 
@@ -39,7 +40,7 @@ impl Guests {
     }
 
     /// Lets a guest in. Blocks for as long as joining takes.
-    pub(crate) fn let_in(&self, place: FreePlace) -> Result<Hand, TakeError> {
+    pub(crate) fn let_in(&self, place: FreePlace) -> Result<PointerHandle, TakeError> {
         let FreePlace { user, name, server, impairment } = place;
         let impairment = (impairment != Impairment::NONE).then_some(impairment);
         let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
@@ -48,7 +49,7 @@ impl Guests {
         let session = Arc::new(session);
         let hand = session.take(user)?;
         self.present().push(Arc::downgrade(&session));
-        Ok(hand.of_guest(Guest { session }))
+        Ok(hand.ending(Guest { session }))
     }
 
     /// Who moves which hand of a session, guests included.

@@ -4,16 +4,13 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
 use std::time::Duration;
 
-use cotouch_net::message::Refusal;
-use cotouch_net::route::Route;
-use cotouch_net::scene_fetch::{SceneFetch, SceneFetchError};
-use cotouch_net::session::{Config, Endpoint, StartWhen};
+use cotouch_net::{Config, Endpoint, Refusal, Route, SceneFetch, SceneFetchError, StartWhen};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
 
 use crate::clock;
-use crate::real_time::StartError;
+use crate::start_error::StartError;
 use crate::transport::Transport;
 
 /// The endpoint of `host` in a session that starts when all of the scene's users are there. Its ids come from the

@@ -4,30 +4,30 @@
 //! session; any other ends it, smoothly, and begins the next one: the generation counts them.
 
 mod restart;
+mod shared;
 
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::thread;
 
-use cotouch_device::guided;
+use cotouch_device::guided_scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use cotouch_scene::time::LocalTime;
 
+pub use self::shared::{ChangeError, Changed, Starter};
+use self::shared::{Present, Shared};
 use crate::clock;
 use crate::guests::Guests;
-use crate::hand::{Hand, HeldBy, Seat, TakeError};
-use crate::real_time::{self, RealTimeOptions, StartError};
+use crate::options::RealTimeOptions;
+use crate::pointer::{HeldBy, PointerHandle, Seat, TakeError};
+use crate::real_time;
 use crate::recorder::RecordError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::Snapshot;
-use crate::summary::{EarlierSession, Summary};
-
-/// How the session of this number, from 2, is started when a change needs a new one: with the scene's
-/// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
-/// kept: each has a file of its own (see [`numbered`]).
-pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, StartError> + Send + Sync>;
+use crate::start_error::StartError;
+use crate::summary::Summary;
 
 /// A session that follows another lasts at least so long, s: who has asked for it is to see it.
 const SHORTEST_S: f64 = 2.0;
@@ -35,64 +35,10 @@ const SHORTEST_S: f64 = 2.0;
 /// Whoever watches says so again within this time.
 const WATCHED_NS: i64 = 1_000_000_000;
 
-/// Why a change was not made; the session that ran goes on, unless it says otherwise.
-#[derive(Debug, thiserror::Error)]
-pub enum ChangeError {
-    /// The hosts of this session run in several processes.
-    #[error("a session that several computers share cannot be changed while it runs")]
-    Shared,
-    /// The session is over.
-    #[error("the session is over")]
-    Ended,
-    /// The next session did not start; the one before has begun anew, if that was possible.
-    #[error("the session with these settings did not start: {0}")]
-    NotStarted(String),
-}
-
-/// How a change was made.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Changed {
-    /// In the running session, from one tick to the next.
-    WhileRunning,
-    /// By the next session.
-    ByRestart,
-}
-
 /// A session that is watched, joined and changed.
 pub struct LiveSession {
     shared: Arc<Shared>,
     guests: Guests,
-}
-
-struct Shared {
-    /// Nothing when the session cannot be changed.
-    starter: Option<Starter>,
-    /// Held by whoever changes the session: one at a time.
-    changing: Mutex<()>,
-    /// Held for moments only, never while a session starts or ends.
-    present: Mutex<Present>,
-    /// A stop that comes while no session runs holds for the one that is being started.
-    stopping: AtomicBool,
-}
-
-/// The session that runs.
-struct Present {
-    /// Nothing while one session has ended and the next has not begun, and after the very last.
-    handle: Option<SessionHandle>,
-    restarting: bool,
-    scene: Arc<Scene>,
-    generation: u32,
-    /// What is shown while there is no session.
-    last: Snapshot,
-    /// What happened in the session before.
-    summary: Option<Result<Summary, RecordError>>,
-    /// All sessions that have ended.
-    ended: Vec<EarlierSession>,
-    news: Vec<String>,
-    /// Sessions on end that began because the objects had left all bounds.
-    begun_anew: u32,
-    /// Somebody watches, until then at least.
-    watched_until: LocalTime,
 }
 
 impl LiveSession {
@@ -125,6 +71,7 @@ impl LiveSession {
                 duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(SHORTEST_S)),
                 recording: options.recording.as_deref().map(|path| numbered(path, generation)),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
+                devices: options.devices.clone(),
             };
             real_time::run_local(scene, &options)
         };
@@ -191,7 +138,7 @@ impl LiveSession {
         let is_guided = |seat: &Seat| seat.by == HeldBy::Pointer && seat.user.0 < scene.session.users;
         let guided: Vec<HostIndex> =
             self.seats().iter().filter(|seat| is_guided(seat)).map(|seat| seat.user).collect();
-        (guided::guided_scene(&scene, &guided), note)
+        (guided_scene(&scene, &guided), note)
     }
 
     /// The newest picture, and the number of the session that it is of; never holds up a haptic loop.
@@ -216,7 +163,7 @@ impl LiveSession {
     ///
     /// # Errors
     /// When somebody else has it, or a free place cannot be had.
-    pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
+    pub fn take(&self, user: HostIndex) -> Result<PointerHandle, TakeError> {
         let free_place = {
             let _no_change_is_under_way = self.shared.begin_change();
             let present = self.shared.present();
@@ -234,8 +181,11 @@ impl LiveSession {
     pub fn take_news(&self) -> Vec<String> {
         let mut present = self.shared.present();
         let mut news = std::mem::take(&mut present.news);
-        if let (Some(handle), false) = (&present.handle, self.may_change()) {
-            news.extend(handle.take_news());
+        if let Some(handle) = &present.handle {
+            news.extend(handle.take_device_faults());
+            if !self.may_change() {
+                news.extend(handle.take_news());
+            }
         }
         news
     }
@@ -309,22 +259,6 @@ impl LiveSession {
             .or(summary)
             .expect("a session has run, and its end is asked for once");
         last.map(|last| Summary { earlier: ended, ..last })
-    }
-}
-
-impl Shared {
-    fn present(&self) -> MutexGuard<'_, Present> {
-        self.present.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-
-    fn begin_change(&self) -> MutexGuard<'_, ()> {
-        self.changing.lock().unwrap_or_else(PoisonError::into_inner)
-    }
-}
-
-impl Present {
-    fn has_ended(&self) -> bool {
-        !self.restarting && self.handle.as_ref().is_none_or(SessionHandle::has_ended)
     }
 }
 

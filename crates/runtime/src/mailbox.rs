@@ -1,7 +1,7 @@
 //! The way of changed settings to the haptic thread, and back: nothing is made or dropped there.
 
 use crate::change::HostChange;
-use crate::haptic_loop::HapticHost;
+use crate::haptic_host::HapticHost;
 
 /// The haptic thread's end. A change has one element for each host, in the order of hosts.
 pub(crate) struct Mailbox {

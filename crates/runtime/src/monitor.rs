@@ -5,21 +5,18 @@
 //! before and more than 1 µJ. The median, because a knock, such as a finger's first touch, is soon over and no
 //! oscillation. Bounded memory for a run of any length, and no allocation while it runs.
 
+mod growth;
 mod lately;
 
 use cotouch_host::output::CouplerOutput;
 use cotouch_scene::time::Schedule;
 use glam::DVec3;
 
+use self::growth::{BINS, CORNER_HZ, grows_over, median};
 pub use lately::{LatelyMonitor, lately};
 
-/// Above this the couplers' motion counts as oscillation rather than as what the users do, Hz.
-const CORNER_HZ: f64 = 8.0;
 /// An oscillation energy below this is never called unstable, J.
 const LEAST_ENERGY_J: f64 = 1e-6;
-/// Growth from the last quarter but one to the last that is called unstable.
-const GROWTH: f64 = 1.5;
-
 /// Collects the couplers' energy above 8 Hz at one host.
 ///
 /// Couplers to the own fingers are looked at every tick. A coupler to a held sample is looked at once a network step: in
@@ -90,7 +87,7 @@ impl OscillationMonitor {
     }
 }
 
-/// One coupler's filter.
+/// The filter of one coupler, and when it ran last.
 #[derive(Clone, Copy, Debug, Default)]
 struct Slot {
     /// When it was last looked at, counted from 1.
@@ -121,10 +118,6 @@ fn filtered_energy_j<'a>(
 #[must_use]
 pub fn grows(before_j: f64, last_j: f64) -> bool {
     grows_over(LEAST_ENERGY_J, before_j, last_j)
-}
-
-fn grows_over(least_j: f64, before_j: f64, last_j: f64) -> bool {
-    !last_j.is_finite() || last_j > least_j && last_j > GROWTH * before_j
 }
 
 /// A second-order Butterworth high pass, by the bilinear transform with the corner pre-warped.
@@ -164,8 +157,6 @@ impl HighPass {
         output
     }
 }
-
-const BINS: usize = 4096;
 
 /// Means over equal stretches of time; when full, neighbours merge.
 #[derive(Clone, Debug)]
@@ -228,21 +219,6 @@ impl Bins {
         let (before, last) = self.sums[whole - 2 * quarter..whole].split_at(quarter);
         (per_sample(before), per_sample(last))
     }
-}
-
-/// Of at most a quarter of all bins; 0 of none, not a number where one is none. On the stack.
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = [0.0; BINS / 4];
-    let sorted = &mut sorted[..values.len()];
-    sorted.copy_from_slice(values);
-    if sorted.is_empty() {
-        return 0.0;
-    }
-    if sorted.iter().any(|value| !value.is_finite()) {
-        return f64::NAN;
-    }
-    let middle = sorted.len() / 2;
-    *sorted.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 #[cfg(test)]

@@ -3,97 +3,41 @@
 //! [`run_local`] starts every host in this process with sockets on loopback; [`serve`] and [`join`] start one host of
 //! a session that spans processes and machines. Each gives a [`SessionHandle`].
 
-use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
-use std::path::PathBuf;
 use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use cotouch_device::device::Device;
-use cotouch_device::finger::FingerError;
-use cotouch_device::guided::GuidedUser;
+use cotouch_device::{Device, DeviceOpenError};
 use cotouch_host::soft::SlowLoop;
-use cotouch_net::route::Route;
-use cotouch_net::session::Endpoint;
+use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
-use cotouch_soft::SoftError;
 
 use crate::clock;
+use crate::control::Control;
+use crate::device_choice::open_device;
 use crate::exchange::RecordSink;
-use crate::hand::Place;
-use crate::haptic_loop::{self, Control, HapticHost, Timing};
+use crate::haptic_host::HapticHost;
+use crate::haptic_loop;
 use crate::joining;
 use crate::mailbox;
 use crate::network_threads::{HapticPort, NetworkThreads};
+use crate::options::RealTimeOptions;
+use crate::pointer::GuidedHand;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
 use crate::slow;
 use crate::slow_thread;
 use crate::snapshot::HostSnapshot;
+use crate::start_error::{JOIN_PATIENCE, StartError};
 use crate::station::Station;
-use crate::transport::{self, DynTransport, Impaired, OpenError};
+use crate::timing::Timing;
+use crate::transport::{self, DynTransport, Impaired};
 
 /// A host that takes part, with its network threads.
-type Seat = (NetworkThreads, HapticPort);
-
-/// How long a newcomer waits to be taken in.
-const JOIN_PATIENCE: Duration = Duration::from_secs(10);
-
-/// What the caller decides about a session in real time.
-#[derive(Clone, Debug, Default)]
-pub struct RealTimeOptions {
-    /// Session time after which the run ends; `None` runs until it is stopped.
-    pub duration_s: Option<f64>,
-    /// Where the recording goes; `None` records nothing.
-    pub recording: Option<PathBuf>,
-    /// An impairment of every way out of this process.
-    pub impairment: Option<Impairment>,
-}
-
-/// Why a session did not start.
-#[derive(Debug, thiserror::Error)]
-pub enum StartError {
-    /// No end of a transport.
-    #[error(transparent)]
-    Transport(#[from] OpenError),
-    /// A thread could not be started.
-    #[error("a thread of the session cannot be started: {0}")]
-    Thread(io::Error),
-    /// The session turned this host away.
-    #[error("the session at {server} turned this host away: {reason}")]
-    Refused {
-        /// The server.
-        server: Route,
-        /// Its reason.
-        reason: String,
-    },
-    /// Nobody answered.
-    #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and does UDP get through?", JOIN_PATIENCE.as_secs())]
-    Silence {
-        /// The server.
-        server: Route,
-    },
-    /// The server's scene does not read.
-    #[error("the scene that {server} sent cannot be used: {reason}")]
-    Scene {
-        /// The server.
-        server: Route,
-        /// What is wrong with it.
-        reason: String,
-    },
-    /// The scene's hands cannot be simulated.
-    #[error(transparent)]
-    Hand(#[from] FingerError),
-    /// The scene's soft object cannot be simulated.
-    #[error(transparent)]
-    Soft(#[from] SoftError),
-    /// The recording cannot be written.
-    #[error(transparent)]
-    Recording(#[from] crate::recorder::RecordError),
-}
+type JoinedHost = (NetworkThreads, HapticPort);
 
 /// The scene as a real network can play it, and a sentence when that differs from what was asked for.
 ///
@@ -132,23 +76,29 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
     (scene, warning)
 }
 
-/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with simulated hands that pointers may take.
+/// Starts all hosts of `scene` in this process, joined over UDP on loopback, with the devices of `options`.
 ///
 /// # Errors
-/// When a socket, a thread or the recording cannot be had.
+/// When a device, a socket, a thread or the recording cannot be had.
 pub fn run_local(scene: &Scene, options: &RealTimeOptions) -> Result<SessionHandle, StartError> {
-    let hands = scene.hosts().map(|host| guided_hand(scene, host)).collect::<Result<Vec<_>, _>>()?;
-    let (devices, places) = hands.into_iter().unzip();
-    Ok(run_local_with(scene, devices, options)?.with_places(places))
+    let devices: Result<Vec<_>, _> = scene.hosts().map(|host| device_of(scene, host, options)).collect();
+    let (devices, places): (Vec<_>, Vec<_>) = devices?.into_iter().unzip();
+    Ok(run_local_with(scene, devices, options)?.with_places(places.into_iter().flatten().collect()))
 }
 
-/// The simulated hand of a user, which pointers may take.
-fn guided_hand(scene: &Scene, host: HostIndex) -> Result<(Box<dyn Device>, Place), FingerError> {
-    let (place, slot) = Place::new(scene, host);
-    Ok((Box::new(GuidedUser::of_scene(scene, host, slot)?), place))
+/// The device of a user, and its place where pointers may take it.
+fn device_of(
+    scene: &Scene,
+    host: HostIndex,
+    options: &RealTimeOptions,
+) -> Result<(Box<dyn Device>, Option<GuidedHand>), DeviceOpenError> {
+    let (place, slot) = GuidedHand::new(scene, host);
+    let device = open_device(scene, host, &options.devices, slot)?;
+    let place = device.is_guided().then_some(place);
+    Ok((device, place))
 }
 
-/// As [`run_local`], with `devices`, one a host in the order of hosts.
+/// As [`run_local`], with `devices`, one a host in the order of hosts, instead of those of `options`.
 ///
 /// # Errors
 /// As for [`run_local`].
@@ -217,14 +167,14 @@ pub fn join(
 fn start_one(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    seat: Seat,
+    seat: JoinedHost,
     host: HostIndex,
     server: Route,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
-    let (device, place) = guided_hand(scene, host)?;
+    let (device, place) = device_of(scene, host, options)?;
     let handle = start(scene, simulation, vec![seat], vec![device], options)?;
-    Ok(handle.with_places(vec![place]).with_server(server))
+    Ok(handle.with_places(place.into_iter().collect()).with_server(server))
 }
 
 fn take_seat(
@@ -233,7 +183,7 @@ fn take_seat(
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
-) -> Result<Seat, StartError> {
+) -> Result<JoinedHost, StartError> {
     let transport = Impaired::new(end);
     transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
     NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
@@ -256,7 +206,7 @@ fn wait_to_be_taken_in(network: &NetworkThreads, server: Route) -> Result<(), St
 fn start(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    seats: Vec<Seat>,
+    seats: Vec<JoinedHost>,
     devices: Vec<Box<dyn Device>>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
@@ -278,7 +228,7 @@ fn start(
             (station, soft) = (station.with_soft(port), Some(thread));
         }
         haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
-        locals.push(Local { host, network, snapshot: snapshot_out, soft });
+        locals.push(Local { host, network, snapshot: snapshot_out, soft, told_faults: 0 });
     }
     let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();

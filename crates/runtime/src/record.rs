@@ -3,16 +3,19 @@
 //! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence`, `Surface`,
 //! `Release` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
-use arrayvec::ArrayVec;
+use arrayvec::{ArrayString, ArrayVec};
+use cotouch_device::DeviceLimits;
 use cotouch_host::output::{ContactPoint, ContactRecord};
 use cotouch_host::soft::SlowFrame;
-use cotouch_net::packet::StatePacket;
+use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;
 use cotouch_world::BodyState;
 use serde::{Deserialize, Serialize};
+
+use crate::faults::FaultText;
 
 /// One thing worth recording, at one host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,31 +24,31 @@ pub struct RecordItem {
     pub host: HostIndex,
     /// The tick at, or before, which it happened.
     pub tick: u64,
-    /// What happened.
+    /// What happened there and then.
     pub kind: RecordKind,
 }
 
-/// What happened.
+/// What happened at a host.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(clippy::large_enum_variant, reason = "the haptic thread makes items and must not allocate")]
 pub enum RecordKind {
     /// A packet was handed to the host, before it played out for this tick.
     Received {
-        /// The sender.
+        /// The host that sent it.
         from: HostIndex,
-        /// What it said.
+        /// The packet that crossed the network.
         packet: StatePacket,
     },
     /// The host sent a packet at this tick.
     Sent {
         /// The receiver; `None` means every peer.
         to: Option<HostIndex>,
-        /// What it said.
+        /// The packet that crossed the network.
         packet: StatePacket,
     },
     /// A peer came or went.
     Presence {
-        /// Which peer.
+        /// The peer that came or went.
         peer: HostIndex,
         /// Whether it is there now.
         present: bool,
@@ -61,10 +64,38 @@ pub enum RecordKind {
     Surface(SurfaceRecord),
     /// Something to read: an event in words. Not consumed by the host.
     Note(Note),
-    /// One tick.
+    /// One tick: what it consumed and what came of it.
     Tick(TickRecord),
+    /// Which device the host has, before everything else. Consumed: what the device can render.
+    Device(DeviceRecord),
     /// The whole state before this tick, once a second: where a replay can begin. Serialised by postcard.
     State(Vec<u8>),
+}
+
+/// A host's device, as far as a replay has to know it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DeviceRecord {
+    /// What the device is called.
+    pub name: ArrayString<64>,
+    /// The largest force that it renders at a finger, N.
+    pub max_force_n: f64,
+    /// The largest torque that it renders at a finger, N·m.
+    pub max_torque_n_m: f64,
+}
+
+impl DeviceRecord {
+    /// Of a device called `name`, of which the first 64 bytes are kept. No allocation.
+    pub(crate) fn new(name: &str, limits: DeviceLimits) -> Self {
+        let DeviceLimits { max_force_n, max_torque_n_m } = limits;
+        let mut kept = ArrayString::new();
+        let _all_that_fits: Result<(), _> = name.chars().try_for_each(|letter| kept.try_push(letter));
+        Self { name: kept, max_force_n, max_torque_n_m }
+    }
+
+    /// What the device could render.
+    pub(crate) fn limits(&self) -> DeviceLimits {
+        DeviceLimits { max_force_n: self.max_force_n, max_torque_n_m: self.max_torque_n_m }
+    }
 }
 
 /// An event that a reader of a recording wants to know of.
@@ -72,16 +103,16 @@ pub enum RecordKind {
 pub enum Note {
     /// The tick came so late that ticks before it were skipped.
     Skipped {
-        /// How many.
+        /// How many ticks were skipped.
         ticks: u64,
     },
-    /// The device could not be read or written.
-    DeviceFault,
+    /// The device could not be read or written: its name, and why. Once for a stretch of ticks with the same reason.
+    DeviceFault(FaultText),
     /// The world left all bounds.
     Diverged,
     /// The recorder could not keep up: this many of the host's items are missing here.
     Dropped {
-        /// How many.
+        /// How many items are missing.
         items: u64,
     },
     /// The session ended for a reason.

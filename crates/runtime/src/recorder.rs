@@ -102,7 +102,7 @@ impl RecordError {
     }
 }
 
-/// Writes one recording.
+/// Writes one recording to a file, item by item.
 pub struct Recorder {
     path: PathBuf,
     writer: Writer<NoSeek<BufWriter<File>>>,

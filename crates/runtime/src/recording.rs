@@ -4,13 +4,14 @@
 //! what was expected. A file that just stops (a killed process, a full disk) is no error: all its whole items are read,
 //! and [`RecordingEnd::ended_abruptly`] is set.
 
+mod error;
 mod fields;
 mod framing;
 
 use std::collections::{BTreeMap, HashMap};
 use std::fs::File;
-use std::io::{self, BufReader, Read};
-use std::path::{Path, PathBuf};
+use std::io::{BufReader, Read};
+use std::path::Path;
 
 use cotouch_scene::names::HostIndex;
 use mcap::records::op;
@@ -20,57 +21,9 @@ use crate::record::RecordItem;
 use crate::recorder::{
     ENCODING, FACT, FORMAT, HEADER_RECORD, LONGEST_MESSAGE, RecordingHeader, RecordingSummary, SUMMARY_RECORD,
 };
+pub use error::RecordingError;
 use fields::{Channel, Message, Metadata, Schema};
 use framing::{Framing, RawRecord};
-
-/// Why a recording cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum RecordingError {
-    /// The file cannot be opened.
-    #[error("cannot open the recording {}: {source}", path.display())]
-    Open {
-        /// Its path.
-        path: PathBuf,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The system failed while reading.
-    #[error("cannot read the recording at byte {at}: {source}")]
-    Read {
-        /// Offset in the file.
-        at: u64,
-        /// What the system said.
-        source: io::Error,
-    },
-    /// The file is none of cotouch's recordings.
-    #[error("this is no recording that this cotouch can read: found {found}, expected {expected}")]
-    Foreign {
-        /// What the file has.
-        found: String,
-        /// What a recording has there.
-        expected: String,
-    },
-    /// Something in the file is wrong.
-    #[error("the recording is damaged at byte {at}: found {found}, expected {expected}")]
-    Malformed {
-        /// Offset in the file.
-        at: u64,
-        /// What is there.
-        found: String,
-        /// What should be there.
-        expected: String,
-    },
-}
-
-impl RecordingError {
-    pub(crate) fn malformed(at: u64, found: impl ToString, expected: impl ToString) -> Self {
-        Self::Malformed { at, found: found.to_string(), expected: expected.to_string() }
-    }
-
-    fn foreign(found: impl ToString, expected: impl ToString) -> Self {
-        Self::Foreign { found: found.to_string(), expected: expected.to_string() }
-    }
-}
 
 /// How a recording ends.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -84,7 +37,7 @@ pub struct RecordingEnd {
 /// A recording in memory: for short ones and for tests.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Recording {
-    /// What was recorded.
+    /// What was recorded, as its first message says.
     pub header: RecordingHeader,
     /// Every item, in the order of recording.
     pub items: Vec<RecordItem>,
@@ -159,7 +112,7 @@ impl<R: Read> RecordingReader<R> {
         })
     }
 
-    /// What was recorded.
+    /// What was recorded, as its first message says.
     #[must_use]
     pub fn header(&self) -> &RecordingHeader {
         &self.header

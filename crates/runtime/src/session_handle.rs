@@ -5,18 +5,17 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cotouch_net::route::Route;
-use cotouch_net::session::Presence;
-use cotouch_net::statistics::LinkStatistics;
+use cotouch_net::{LinkStatistics, Presence, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 
 use crate::change::{self, HostChange};
 use crate::clock;
-use crate::hand::{Hand, HeldBy, Place, Seat, TakeError};
-use crate::haptic_loop::{Control, HapticHost, Verdict};
+use crate::control::Control;
+use crate::haptic_host::HapticHost;
 use crate::mailbox;
 use crate::network_threads::NetworkThreads;
+use crate::pointer::{GuidedHand, HeldBy, PointerHandle, Seat, TakeError};
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
 use crate::summary::Summary;
@@ -29,6 +28,8 @@ pub(crate) struct Local {
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
     /// The thread of the soft object's simulation, where there is one.
     pub(crate) soft: Option<JoinHandle<()>>,
+    /// Failures of its device that were told as news already.
+    pub(crate) told_faults: u64,
 }
 
 /// So long is waited for a change to be made.
@@ -50,7 +51,7 @@ pub struct SessionHandle {
     haptic: Option<JoinHandle<Vec<HapticHost>>>,
     recording: Option<RecordingThread>,
     /// Hands that pointers may take.
-    places: Vec<Place>,
+    places: Vec<GuidedHand>,
     /// Where others join, if they can.
     server: Option<Route>,
 }
@@ -82,7 +83,7 @@ impl SessionHandle {
     }
 
     /// The same session, with hands that pointers may take.
-    pub(crate) fn with_places(mut self, places: Vec<Place>) -> Self {
+    pub(crate) fn with_places(mut self, places: Vec<GuidedHand>) -> Self {
         self.places = places;
         self
     }
@@ -184,6 +185,19 @@ impl SessionHandle {
         self.lock().iter().flat_map(|local| local.network.take_news()).collect()
     }
 
+    /// How devices of this process have begun to fail since the last call, in words.
+    #[must_use]
+    pub fn take_device_faults(&self) -> Vec<String> {
+        let mut locals = self.lock();
+        let new = locals.iter_mut().filter_map(|local| {
+            let HostSnapshot { device_fault_stretches: all, device_fault: text, .. } = local.snapshot.read();
+            let is_new = std::mem::replace(&mut local.told_faults, *all) < *all;
+            let user = &self.scene.users[local.host.index()].name;
+            is_new.then(|| format!("{user}'s device fails: {text}"))
+        });
+        new.collect()
+    }
+
     /// Whether this process has joined a session whose first host, which keeps its clock, is not there any more.
     #[must_use]
     pub fn has_lost_the_server(&self) -> bool {
@@ -229,7 +243,7 @@ impl SessionHandle {
     ///
     /// # Errors
     /// When somebody else has it, it is not in this process, there is no such user, or the session is over.
-    pub fn take(&self, user: HostIndex) -> Result<Hand, TakeError> {
+    pub fn take(&self, user: HostIndex) -> Result<PointerHandle, TakeError> {
         let users = self.scene.session.users;
         let Some(of_scene) = self.scene.users.get(user.index()).filter(|_| user.0 < users) else {
             return Err(TakeError::NoSuchUser { user: user.0, users });
@@ -271,7 +285,7 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        let stable = Verdict::is_stable(self.control.verdict.load(Ordering::Relaxed));
+        let stable = self.control.stable.load();
         Snapshot { time_s, stable, lately: self.control.lately(), ended: self.has_ended(), hosts }
     }
 

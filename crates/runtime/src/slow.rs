@@ -15,7 +15,7 @@ use cotouch_soft::SoftError;
 use hdrhistogram::Histogram;
 
 /// Frames, or inputs in a replay, that wait at most; beyond that the oldest go.
-const MOST_WAITING: usize = 256;
+const MAX_WAITING: usize = 256;
 
 /// A host's way to its slow simulation.
 pub struct SlowPort {
@@ -111,7 +111,7 @@ impl SlowPort {
             result_delay_periods: scene.local_model.result_delay_periods.into(),
             rest,
             way,
-            waiting: VecDeque::with_capacity(MOST_WAITING),
+            waiting: VecDeque::with_capacity(MAX_WAITING),
             counts: SlowCounts::new(),
         }
     }
@@ -131,7 +131,7 @@ impl SlowPort {
                 self.wait(frame);
             }
             Way::Replayed { inputs, .. } => {
-                if inputs.len() >= MOST_WAITING {
+                if inputs.len() >= MAX_WAITING {
                     inputs.pop_front();
                 }
                 inputs.push_back(input.clone());
@@ -178,7 +178,7 @@ impl SlowPort {
     /// Takes in what the simulation's thread has handed back.
     fn collect(&mut self) {
         let Way::Thread { results, .. } = &mut self.way else { return };
-        while self.waiting.len() < MOST_WAITING
+        while self.waiting.len() < MAX_WAITING
             && let Ok(SlowResult { frame, compute_ns }) = results.pop()
         {
             self.counts.compute_ns.saturating_record(compute_ns.max(1) as u64);
@@ -187,7 +187,7 @@ impl SlowPort {
     }
 
     fn wait(&mut self, frame: Arc<SlowFrame>) {
-        if self.waiting.len() >= MOST_WAITING {
+        if self.waiting.len() >= MAX_WAITING {
             self.waiting.pop_front();
         }
         self.waiting.push_back(frame);
@@ -234,7 +234,7 @@ impl SlowPort {
             }
             Way::Thread { .. } => return None,
         };
-        let mut waiting = VecDeque::with_capacity(MOST_WAITING);
+        let mut waiting = VecDeque::with_capacity(MAX_WAITING);
         waiting.extend(self.waiting.iter().cloned());
         Some(Self {
             schedule: self.schedule,

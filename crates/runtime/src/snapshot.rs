@@ -1,7 +1,7 @@
 //! What a session looks like right now: the few numbers that a display needs, the newest only.
 //!
 //! A haptic thread fills a [`HostSnapshot`] without allocating and passes it on through a latest-value exchange; readers
-//! ask a [`SnapshotSource`] whenever they like and never hold a writer up.
+//! look whenever they like and never hold a writer up.
 
 use std::sync::Arc;
 
@@ -14,10 +14,12 @@ use cotouch_world::Phase;
 use glam::DVec3;
 use serde::Serialize;
 
+use crate::faults::FaultText;
+
 /// A session right now.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Snapshot {
-    /// Session time, s.
+    /// Session time of the newest tick, s.
     pub time_s: f64,
     /// Whether the run has stayed stable so far; `None` while it is too early to say.
     pub stable: Option<bool>,
@@ -41,11 +43,11 @@ pub struct Lately {
 /// One host right now. Vectors are in the world frame.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct HostSnapshot {
-    /// Which host.
+    /// The host that this is about.
     pub host: HostIndex,
     /// Session time of the last tick, s.
     pub time_s: f64,
-    /// The user's fingers.
+    /// The fingers of the host's user.
     pub fingers: ArrayVec<FingerSnapshot, MAX_FINGERS>,
     /// This host's copy of every body, in the scene's order; at a client, the server's bodies as last heard of.
     pub bodies: ArrayVec<Pose, MAX_BODIES>,
@@ -64,6 +66,10 @@ pub struct HostSnapshot {
     pub lateness_us: f64,
     /// Energy that the user has put into the session so far, J.
     pub energy_j: f64,
+    /// Stretches of ticks so far at which the device failed.
+    pub device_fault_stretches: u64,
+    /// The device's name and its reason in the last one; empty when there was none.
+    pub device_fault: FaultText,
     /// What this host knows of the ways to its peers.
     pub links: ArrayVec<LinkSnapshot, MAX_USERS>,
 }
@@ -82,6 +88,8 @@ impl Default for HostSnapshot {
             missed: 0,
             lateness_us: 0.0,
             energy_j: 0.0,
+            device_fault_stretches: 0,
+            device_fault: FaultText::new(),
             links: ArrayVec::new(),
         }
     }
@@ -122,7 +130,7 @@ pub struct FingerSnapshot {
 /// One host's view of the way to a peer and back.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct LinkSnapshot {
-    /// The other end.
+    /// The host at the other end.
     pub peer: HostIndex,
     /// Whether it takes part.
     pub present: bool,
@@ -134,16 +142,4 @@ pub struct LinkSnapshot {
     pub received: u64,
     /// Packets that the peer sent and that never came.
     pub lost: u64,
-}
-
-/// Where a display gets its snapshots.
-pub trait SnapshotSource: Send + Sync {
-    /// The newest snapshot; must not hold up the session.
-    fn latest(&self) -> Snapshot;
-}
-
-impl<F: Fn() -> Snapshot + Send + Sync> SnapshotSource for F {
-    fn latest(&self) -> Snapshot {
-        self()
-    }
 }

@@ -7,14 +7,14 @@
 //! computed and governed, the device renders, and the world moves on by one period.
 
 use arrayvec::ArrayVec;
-use cotouch_device::acted::{Acted, LimitWatch};
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput, GovernorOutput, GovernorState};
+use cotouch_device::{
+    Acted, Device, DeviceError, Governor, GovernorInput, GovernorOutput, GovernorState, LimitWatch,
+    PortEnergy, WorldView,
+};
 use cotouch_host::model::{HostModel, Role};
 use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
-use cotouch_net::packet::StatePacket;
+use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
@@ -24,8 +24,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::change::HostChange;
 use crate::exchange::RecordSink;
+use crate::faults::DeviceFaults;
 use crate::monitor::{LatelyMonitor, OscillationMonitor};
-use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+use crate::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use crate::slow::SlowPort;
 use crate::summary::PassivitySummary;
 
@@ -38,13 +39,13 @@ const STATE_BYTES: usize = 4 << 10;
 /// does so behind queues that never wait ([`crate::exchange`], [`crate::transport::HapticPort`]). After the first
 /// instants it allocates nothing.
 pub struct Station<D> {
-    /// The host's constants.
+    /// What does not change about the host.
     pub model: HostModel,
     /// Everything that changes and that a replay re-creates.
     pub state: StationState,
     /// The device in the user's hand.
     pub device: D,
-    /// Watches for oscillation.
+    /// Watches for oscillation in the couplers.
     pub oscillation: OscillationMonitor,
     /// Watches for limits that act for long.
     pub limits: LimitWatch,
@@ -57,6 +58,7 @@ pub struct Station<D> {
     surface: SurfaceRecord,
     /// Finger-ticks at which the passivity controller braked.
     braked_ticks: u64,
+    faults: DeviceFaults,
     /// After a longer gap between ticks, forces begin again softly.
     watchdog_ticks: u64,
     sink: Option<Box<dyn RecordSink + Send>>,
@@ -71,7 +73,7 @@ pub struct Station<D> {
 /// What a replay re-creates, as a value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StationState {
-    /// The host's.
+    /// The host's own state.
     pub host: HostState,
     /// One governor's a finger of the device; their number is that of the fingers.
     pub governors: ArrayVec<GovernorState, MAX_FINGERS>,
@@ -111,6 +113,8 @@ struct Instant {
     step: Option<u64>,
     readings: Readings,
     device_failed: bool,
+    /// Why the device was not read, or not written.
+    fault: Option<DeviceError>,
     /// Ticks that were left out before this one.
     skipped: u64,
     /// Whether frames of the slow simulation that are due have been taken.
@@ -129,7 +133,12 @@ pub struct Punctuality {
 impl<D: Device> Station<D> {
     /// The station of `host` in `scene`, before its first tick.
     #[must_use]
-    pub fn new(scene: &Scene, host: HostIndex, device: D, sink: Option<Box<dyn RecordSink + Send>>) -> Self {
+    pub fn new(
+        scene: &Scene,
+        host: HostIndex,
+        device: D,
+        mut sink: Option<Box<dyn RecordSink + Send>>,
+    ) -> Self {
         let model = HostModel::new(scene, host);
         let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
         let fingers = device.fingers().clamp(1, model.own_fingers());
@@ -142,6 +151,10 @@ impl<D: Device> Station<D> {
             last_readings: resting(scene, host, fingers),
         };
         let state_bytes = if sink.is_some() { STATE_BYTES + model.state_bytes() } else { 0 };
+        if let Some(sink) = &mut sink {
+            let kind = RecordKind::Device(DeviceRecord::new(device.name(), device.limits()));
+            sink.record(&RecordItem { host, tick: 0, kind });
+        }
         Self {
             state,
             device,
@@ -152,7 +165,8 @@ impl<D: Device> Station<D> {
             soft: None,
             surface: SurfaceRecord::default(),
             braked_ticks: 0,
-            watchdog_ticks: (scene.governor.watchdog_s * scene.rates.control_hz.hz()) as u64,
+            faults: DeviceFaults::default(),
+            watchdog_ticks: scene.rates.control_hz.ticks_in(scene.governor.watchdog_s),
             state_bytes: Vec::with_capacity(state_bytes),
             sink,
             instant: Instant::default(),
@@ -202,6 +216,7 @@ impl<D: Device> Station<D> {
             soft: self.soft.as_ref().and_then(SlowPort::fork),
             surface: SurfaceRecord::default(),
             braked_ticks: self.braked_ticks,
+            faults: self.faults.clone(),
             watchdog_ticks: self.watchdog_ticks,
             sink: None,
             state_bytes: Vec::new(),
@@ -215,11 +230,12 @@ impl<D: Device> Station<D> {
     ///
     /// No allocation, no lock, no system call besides the device's.
     pub fn begin(&mut self, tick: u64) -> Option<StatePacket> {
-        self.record_state_every_second(tick);
         if self.state.last_tick.is_none() {
             self.device.start(tick);
         }
-        let device_failed = !self.read_device(tick);
+        self.record_state_every_second(tick);
+        self.instant.fault = self.read_device(tick).err();
+        let device_failed = self.instant.fault.is_some();
         if device_failed {
             refill(&mut self.instant.readings, self.state.last_readings.iter().copied());
         }
@@ -310,7 +326,7 @@ impl<D: Device> Station<D> {
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> &TickRecord {
         self.play_out();
-        let Instant { tick, step, device_failed, .. } = self.instant;
+        let Instant { tick, step, .. } = self.instant;
         self.state.last_tick = Some(tick);
         refill(&mut self.state.last_readings, self.instant.readings.iter().copied());
         let mut view = ArrayVec::<Pose, MAX_BODIES>::new();
@@ -325,7 +341,8 @@ impl<D: Device> Station<D> {
         let governed = self.govern();
         let commanded: Wrenches = governed.iter().map(|finger| finger.commanded).collect();
         self.device.observe(&WorldView { bodies: &view });
-        let write_failed = self.device.write(&commanded).is_err();
+        let written = self.device.write(&commanded);
+        self.instant.fault = self.instant.fault.take().or(written.err());
         for ((port, reading), wrench) in
             self.state.ports.iter_mut().zip(&self.instant.readings).zip(&commanded)
         {
@@ -340,8 +357,8 @@ impl<D: Device> Station<D> {
             self.limits.observe(acted);
             self.lately.observe(self.oscillation.latest_j(), acted);
         }
-        if device_failed || write_failed {
-            self.record(|| RecordKind::Note(Note::DeviceFault));
+        if let Some(text) = self.faults.observe(self.device.name(), self.instant.fault.take()) {
+            self.record(|| RecordKind::Note(Note::DeviceFault(text)));
         }
         self.fill_record(&governed, &commanded);
         let Punctuality { lateness_ns, compute_ns } = punctuality();
@@ -376,16 +393,14 @@ impl<D: Device> Station<D> {
         fingers.map(govern).collect()
     }
 
-    /// Takes one reading a finger, if the device gives as many; whether it did. A device that gives fewer has failed.
-    fn read_device(&mut self, tick: u64) -> bool {
-        let fingers = self.state.governors.len();
-        match self.device.read(tick) {
-            Ok(readings) if readings.len() >= fingers => {
-                refill(&mut self.instant.readings, readings[..fingers].iter().copied());
-                true
-            }
-            _ => false,
-        }
+    /// Takes one reading a finger. A device that gives fewer has failed.
+    fn read_device(&mut self, tick: u64) -> Result<(), DeviceError> {
+        let expected = self.state.governors.len();
+        let readings = self.device.read(tick)?;
+        let found = readings.len();
+        let readings = readings.get(..expected).ok_or(DeviceError::MissingFingers { found, expected })?;
+        refill(&mut self.instant.readings, readings.iter().copied());
+        Ok(())
     }
 
     /// Puts due samples and surfaces into use. A host that has waited for the world meets it where it is: where bodies
@@ -401,7 +416,9 @@ impl<D: Device> Station<D> {
             && let Some(body) = self.state.host.bodies.first()
         {
             self.device.recentre(body.pose.position);
-            self.read_device(tick);
+            // The reading of before stands in for one that fails, as a replay finds it recorded.
+            let again = self.read_device(tick);
+            self.instant.fault = self.instant.fault.take().or(again.err());
         }
     }
 
@@ -470,6 +487,12 @@ impl<D: Device> Station<D> {
     #[must_use]
     pub fn peak_force_n(&self) -> f64 {
         self.state.ports.iter().map(PortEnergy::peak_force_n).fold(0.0, f64::max)
+    }
+
+    /// How the device has failed so far.
+    #[must_use]
+    pub fn device_faults(&self) -> &DeviceFaults {
+        &self.faults
     }
 
     /// Once a second a replay can begin; also at the first tick.

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 /// What happened in a session, or in one host's part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
-    /// The scene's name.
+    /// The name of the scene that ran.
     pub scene: String,
     /// Who computed the world.
     pub architecture: Architecture,
@@ -47,7 +47,7 @@ pub struct Summary {
 /// A session that another one followed.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EarlierSession {
-    /// The scene's name.
+    /// The name of the scene that ran.
     pub scene: String,
     /// How long it ran, s of session time.
     pub duration_s: f64,
@@ -151,13 +151,13 @@ pub struct HapticSummary {
 /// Percentiles of a duration in µs; all `None` when nothing was measured, as in virtual time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
-    /// Median.
+    /// The median, µs.
     pub p50: Option<f64>,
-    /// 99 %.
+    /// The 99th percentile, µs.
     pub p99: Option<f64>,
-    /// 99.9 %.
+    /// The 99.9th percentile, µs.
     pub p999: Option<f64>,
-    /// Largest.
+    /// The largest value, µs.
     pub max: Option<f64>,
 }
 
@@ -176,22 +176,22 @@ impl Percentiles {
 /// The network, summed over hosts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct NetworkSummary {
-    /// State packets sent.
+    /// State packets that were sent.
     pub sent: u64,
     /// State packets received, each counted once.
     pub received: u64,
     /// State packets that were sent to a host and never came.
     pub lost: u64,
-    /// Round trip.
+    /// Round trips of all links together, ms.
     pub round_trip_ms: RoundTrip,
 }
 
 /// Mean and scatter of the round trip, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RoundTrip {
-    /// Mean.
+    /// The mean round trip, ms.
     pub mean: Option<f64>,
-    /// Standard deviation.
+    /// The standard deviation of the round trip, ms.
     pub rms_jitter: Option<f64>,
 }
 
@@ -211,7 +211,7 @@ pub struct SoftSummary {
 /// One object at the end of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ObjectSummary {
-    /// Its name.
+    /// The name that the scene gives it.
     pub name: String,
     /// Where it is, m, in the world frame; of a soft object, the mean of its surface's nodes.
     pub position_m: [f64; 3],
@@ -225,7 +225,7 @@ pub struct ObjectSummary {
 /// One user of a run.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct UserSummary {
-    /// The user's name.
+    /// The name that the scene gives it.
     pub name: String,
     /// Largest magnitude of the force that reached a finger, N.
     pub peak_force_n: Option<f64>,
@@ -234,6 +234,18 @@ pub struct UserSummary {
     /// What the passivity observers at the fingers saw.
     #[serde(default)]
     pub passivity: Option<PassivitySummary>,
+    /// How the user's device failed; none where it did not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub device_faults: Option<DeviceFaultSummary>,
+}
+
+/// How a user's device failed.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct DeviceFaultSummary {
+    /// Ticks at which it was not read or not written.
+    pub ticks: u64,
+    /// The device and its reason, as said the last time.
+    pub last: String,
 }
 
 /// Time-domain passivity (Hannaford & Ryu 2002) at a user's fingers. Each is observed alone: energy that another user put

@@ -2,23 +2,24 @@
 
 use std::sync::Arc;
 
-use cotouch_device::device::Device;
+use cotouch_device::Device;
 use cotouch_host::soft::SlowFrame;
-use cotouch_net::statistics::LinkStatistics;
+use cotouch_net::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};
 use cotouch_world::BodyState;
 use glam::DVec3;
 use hdrhistogram::Histogram;
 
-use crate::haptic_loop::Timing;
+use crate::faults::DeviceFaults;
 use crate::monitor;
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
-    HapticSummary, Instability, NetworkSummary, ObjectSummary, PassivitySummary, Percentiles, RoundTrip,
-    SoftSummary, Summary,
+    DeviceFaultSummary, HapticSummary, Instability, NetworkSummary, ObjectSummary, PassivitySummary,
+    Percentiles, RoundTrip, SoftSummary, Summary,
 };
+use crate::timing::Timing;
 
 /// What one host leaves behind.
 #[derive(Clone, Debug)]
@@ -32,6 +33,7 @@ pub(crate) struct HostRun {
     peak_force_n: f64,
     energy_j: f64,
     passivity: PassivitySummary,
+    device_faults: Option<DeviceFaultSummary>,
     soft: Option<SoftRun>,
     timing: Timing,
     links: Vec<LinkStatistics>,
@@ -48,6 +50,7 @@ impl HostRun {
             peak_force_n: station.peak_force_n(),
             energy_j: station.energy_j(),
             passivity: station.passivity(),
+            device_faults: device_faults(station.device_faults()),
             soft: station.soft().map(|port| SoftRun::new(station, port)),
             timing,
             links,
@@ -100,9 +103,15 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
         if let Some(user) = summary.users_detail.get_mut(run.host.index()) {
             (user.peak_force_n, user.energy_j) = (Some(run.peak_force_n), Some(run.energy_j));
             user.passivity = Some(run.passivity);
+            user.device_faults.clone_from(&run.device_faults);
         }
     }
     summary
+}
+
+fn device_faults(faults: &DeviceFaults) -> Option<DeviceFaultSummary> {
+    let summary = || DeviceFaultSummary { ticks: faults.ticks(), last: faults.last().to_string() };
+    (faults.ticks() > 0).then(summary)
 }
 
 fn instability(runs: &[HostRun]) -> Option<Instability> {

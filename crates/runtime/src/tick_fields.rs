@@ -40,11 +40,11 @@ impl fmt::Display for Field {
 /// One number of a tick. Equal means equal bit for bit.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Value {
-    /// A real number.
+    /// A real number, bit for bit.
     Real(f64),
-    /// A whole number.
+    /// A whole number of whatever size.
     Whole(i128),
-    /// Yes or no.
+    /// What is so, or is not.
     Flag(bool),
     /// No number: no sample is in use.
     Nothing,

@@ -3,25 +3,26 @@
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cotouch_device::finger::FingerError;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, DeviceOpenError};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use cotouch_soft::SoftError;
 
+use crate::device_choice::{DeviceChoice, open_device};
 use crate::exchange::RecordSink;
-use crate::haptic_loop::Timing;
 use crate::record::{RecordItem, TickRecord};
 use crate::recorder::{RecordError, Recorder};
 use crate::recording_thread::{facts, header};
-use crate::slow::{self, SlowPort};
-use crate::station::Station;
 use crate::summary::Summary;
 use crate::summary_of_run::{HostRun, summarise};
+use crate::timing::Timing;
 use crate::virtual_time::VirtualSession;
 
 /// Ticks between two reports of progress.
 const PROGRESS_TICKS: u64 = 1024;
+
+/// After this time a device that still renders a force is let go of by ending anyway, s.
+const LONGEST_RELEASE_S: f64 = 2.0;
 
 /// Why a run in virtual time did not come to its end.
 #[derive(Debug, thiserror::Error)]
@@ -36,9 +37,9 @@ pub enum VirtualRunError {
         /// Of the scene.
         latency_s: f64,
     },
-    /// The scene's hands cannot be simulated.
+    /// A user's device cannot be had.
     #[error(transparent)]
-    Hand(#[from] FingerError),
+    Device(#[from] DeviceOpenError),
     /// The scene's soft object cannot be simulated.
     #[error(transparent)]
     Soft(#[from] SoftError),
@@ -61,6 +62,20 @@ pub fn run(
     run_observed(scene, duration_s, recording, progress, |_, _| {})
 }
 
+/// As [`run`], with the devices of `devices` instead of simulated hands for everybody.
+///
+/// # Errors
+/// As [`run`], and when a device cannot be had.
+pub fn run_with_devices(
+    scene: &Scene,
+    devices: &[DeviceChoice],
+    duration_s: f64,
+    recording: Option<&Path>,
+    progress: impl FnMut(f64) -> bool,
+) -> Result<Summary, VirtualRunError> {
+    run_all(scene, devices, duration_s, recording, progress, |_, _| {})
+}
+
 /// As [`run`]; `observe` sees every tick of every host, the release afterwards left out.
 ///
 /// # Errors
@@ -69,18 +84,29 @@ pub fn run_observed(
     scene: &Scene,
     duration_s: f64,
     recording: Option<&Path>,
+    progress: impl FnMut(f64) -> bool,
+    observe: impl FnMut(HostIndex, &TickRecord),
+) -> Result<Summary, VirtualRunError> {
+    run_all(scene, &[], duration_s, recording, progress, observe)
+}
+
+fn run_all(
+    scene: &Scene,
+    devices: &[DeviceChoice],
+    duration_s: f64,
+    recording: Option<&Path>,
     mut progress: impl FnMut(f64) -> bool,
     mut observe: impl FnMut(HostIndex, &TickRecord),
 ) -> Result<Summary, VirtualRunError> {
     let recorder = recording.map(|path| Recorder::create(path, &header(scene, 0))).transpose()?;
     let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
-    let mut session = new_session(scene, recorder.as_ref())?;
+    let mut session = new_session(scene, devices, recorder.as_ref())?;
     if !session.run_to_tick(0, |_, _| {}) {
         let Impairment { loss_rate, latency_s, .. } = scene.link.impairment;
         return Err(VirtualRunError::NotJoined { loss_rate, latency_s });
     }
     let rate = scene.rates.control_hz;
-    let end = (duration_s * rate.hz()).ceil() as u64;
+    let end = rate.ticks_in(duration_s);
     let mut tick = 0;
     while tick < end {
         tick = end.min(tick + PROGRESS_TICKS);
@@ -90,7 +116,7 @@ pub fn run_observed(
         }
     }
     let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(scene, &session));
-    release(&mut session, tick, rate.hz());
+    release(&mut session, tick, tick + rate.ticks_in(LONGEST_RELEASE_S));
     drop(session);
     if let (Some(recorder), Some(path)) = (recorder.and_then(Arc::into_inner), recording) {
         recorder.into_inner().unwrap_or_else(PoisonError::into_inner).finish(facts(&summary))?;
@@ -101,30 +127,24 @@ pub fn run_observed(
 
 fn new_session(
     scene: &Scene,
+    devices: &[DeviceChoice],
     recorder: Option<&Arc<Mutex<Recorder>>>,
-) -> Result<VirtualSession<SimulatedUser>, VirtualRunError> {
-    let simulation = slow::simulation_of(scene)?;
-    let hands: Vec<_> =
-        scene.hosts().map(|host| SimulatedUser::of_scene(scene, host)).collect::<Result<_, _>>()?;
-    let mut hands = hands.into_iter();
-    Ok(VirtualSession::new(scene, |host| {
+) -> Result<VirtualSession<Box<dyn Device>>, VirtualRunError> {
+    let devices = scene.hosts().map(|host| open_device(scene, host, devices, ()));
+    let mut devices = devices.collect::<Result<Vec<_>, _>>()?.into_iter();
+    Ok(VirtualSession::with_devices(scene, |_| {
         let sink =
             recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
-        let station = Station::new(scene, host, hands.next().expect("one a host"), sink);
-        match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
-            Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
-            None => station,
-        }
-    }))
+        (devices.next().expect("one a host"), sink)
+    })?)
 }
 
 /// Runs on until no device renders a force any more.
-fn release(session: &mut VirtualSession<SimulatedUser>, tick: u64, rate_hz: f64) {
+fn release(session: &mut VirtualSession<Box<dyn Device>>, tick: u64, longest: u64) {
     let hosts: Vec<HostIndex> = session.hosts().iter().map(|host| host.station.model.host).collect();
     for &host in &hosts {
         session.host_mut(host).station.release();
     }
-    let longest = tick + (2.0 * rate_hz) as u64;
     let mut next = tick;
     while next < longest && !session.hosts().iter().all(|host| host.station.is_released()) {
         next += 1;
@@ -132,8 +152,8 @@ fn release(session: &mut VirtualSession<SimulatedUser>, tick: u64, rate_hz: f64)
     }
 }
 
-fn runs(scene: &Scene, session: &VirtualSession<SimulatedUser>) -> Vec<HostRun> {
-    let run = |host: &crate::virtual_time::VirtualHost<SimulatedUser>| {
+fn runs(scene: &Scene, session: &VirtualSession<Box<dyn Device>>) -> Vec<HostRun> {
+    let run = |host: &crate::virtual_time::VirtualHost<Box<dyn Device>>| {
         let peers = host.station.model.host.others(scene.session.users);
         let links = peers.filter_map(|peer| host.endpoint.statistics(peer)).collect();
         let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };

@@ -6,17 +6,17 @@
 
 use std::io;
 
-use cotouch_device::device::Device;
-use cotouch_device::user::SimulatedUser;
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::session::{Endpoint, Event};
-use cotouch_net::wire::MAX_DATAGRAM;
+use cotouch_device::{Device, SimulatedUser};
+use cotouch_net::{Endpoint, Event, MAX_DATAGRAM, SimulatedLink};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::{LocalTime, Rate};
+use cotouch_soft::SoftError;
 
+use crate::exchange::RecordSink;
 use crate::joining;
 use crate::record::TickRecord;
+use crate::slow::{self, SlowPort};
 use crate::station::{Punctuality, Station};
 use crate::transport::{Transport as _, VirtualNetwork};
 
@@ -60,6 +60,26 @@ impl<D: Device> VirtualSession<D> {
             now,
             next_network: 0,
         }
+    }
+
+    /// A session of `scene` in which `device` makes each host's device, and what records the host. Soft objects are
+    /// simulated by the stations themselves.
+    ///
+    /// # Errors
+    /// When the scene's soft object cannot be simulated.
+    pub fn with_devices(
+        scene: &Scene,
+        mut device: impl FnMut(HostIndex) -> (D, Option<Box<dyn RecordSink + Send>>),
+    ) -> Result<Self, SoftError> {
+        let simulation = slow::simulation_of(scene)?;
+        Ok(Self::new(scene, |host| {
+            let (device, sink) = device(host);
+            let station = Station::new(scene, host, device, sink);
+            match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
+                Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
+                None => station,
+            }
+        }))
     }
 
     /// The hosts.
@@ -141,7 +161,7 @@ impl<D: Device> VirtualSession<D> {
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             if let Some(packet) = host.station.begin(host.next_tick) {
                 // A packet for a peer that is not there is not sent.
-                sent |= host.endpoint.send_state_to_all(self.now, &packet).is_ok();
+                sent |= host.endpoint.send_state_to_all(&packet).is_ok();
             }
         }
         if sent {
@@ -150,8 +170,7 @@ impl<D: Device> VirtualSession<D> {
         let mut answered = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             let endpoint = &mut host.endpoint;
-            host.station
-                .respond(|client, packet| answered |= endpoint.send_state(self.now, packet, client).is_ok());
+            host.station.respond(|client, packet| answered |= endpoint.send_state(packet, client).is_ok());
         }
         if answered {
             self.run_network();
@@ -186,7 +205,7 @@ impl<D: Device> VirtualSession<D> {
                 host.endpoint.handle_timeout(self.now);
                 any = true;
             }
-            while let Some(transmit) = host.endpoint.poll_transmit(self.now) {
+            while let Some(transmit) = host.endpoint.poll_transmit() {
                 any = true;
                 // What is for nobody is lost.
                 let _: io::Result<()> = end.send(self.now, transmit.to, &transmit.bytes);

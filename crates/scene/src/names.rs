@@ -155,6 +155,55 @@ pub enum Coordinate {
         /// Network steps since it was sampled.
         age: u32,
     },
+    /// The integral's force of a finger slot at a host, N along the contact's normal.
+    Integral {
+        /// Whose local model.
+        host: HostIndex,
+        /// Counted over all users' fingers.
+        slot: u8,
+    },
+    /// A number of a host's soft body after its last step: displacements, then velocities of its free coordinates (or of
+    /// what these were reduced to).
+    SoftBody {
+        /// Whose body.
+        host: HostIndex,
+        /// From 0.
+        index: u32,
+    },
+    /// How far a contact is from rest, m, in the frame that came `age` slow periods before the next one; 1 is the last.
+    Surface {
+        /// Whose frame.
+        host: HostIndex,
+        /// The contact's finger slot.
+        slot: u8,
+        /// Along which axis of the world.
+        axis: Axis,
+        /// Slow periods, 1 or more.
+        age: u32,
+    },
+    /// The force of a contact with which that frame was stepped, N.
+    SteppedForce {
+        /// Whose frame.
+        host: HostIndex,
+        /// The contact's finger slot.
+        slot: u8,
+        /// Along which axis of the world.
+        axis: Axis,
+        /// Slow periods, 1 or more.
+        age: u32,
+    },
+}
+
+impl Coordinate {
+    /// What was sampled, or came, `by` steps or periods before this; what is not of the past stays itself.
+    #[must_use]
+    pub const fn earlier(mut self, by: u32) -> Self {
+        match &mut self {
+            Self::Held { age, .. } | Self::Surface { age, .. } | Self::SteppedForce { age, .. } => *age += by,
+            Self::Own { .. } | Self::Integral { .. } | Self::SoftBody { .. } => {}
+        }
+        self
+    }
 }
 
 impl fmt::Display for Part {
@@ -185,6 +234,16 @@ impl fmt::Display for Coordinate {
             Self::Own { host, part, quantity } => write!(formatter, "{host}.{part}.{quantity}"),
             Self::Held { host, from, part, quantity, age } => {
                 write!(formatter, "{host}.held.{from}.{part}.{quantity}.age{age}")
+            }
+            Self::Integral { host, slot } => write!(formatter, "{host}.integral{}", u32::from(*slot) + 1),
+            Self::SoftBody { host, index } => write!(formatter, "{host}.soft{}", index + 1),
+            Self::Surface { host, slot, axis, age } => {
+                let (number, axis) = (u32::from(*slot) + 1, Quantity::Position(*axis));
+                write!(formatter, "{host}.surface{number}.{axis}.age{age}")
+            }
+            Self::SteppedForce { host, slot, axis, age } => {
+                let (number, axis) = (u32::from(*slot) + 1, Quantity::Position(*axis));
+                write!(formatter, "{host}.stepped{number}.{axis}.age{age}")
             }
         }
     }
@@ -224,14 +283,30 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
         }
     };
     let quantity = |text: &str| Quantity::NAMES.iter().find(|(name, _)| *name == text).map(|found| found.1);
+    let age = |text: &str| text.strip_prefix("age")?.parse().ok().filter(|&age: &u32| age > 0);
+    let counted = |text: &str, name: &str| text.strip_prefix(name)?.parse::<u32>().ok()?.checked_sub(1);
+    let slot = |text: &str, name: &str| counted(text, name)?.try_into().ok();
+    let axis =
+        |text: &str| Axis::ALL.into_iter().find(|&axis| quantity(text) == Some(Quantity::Position(axis)));
     match *text.split('.').collect::<Vec<_>>().as_slice() {
+        [h, s] if s.starts_with("integral") => {
+            Some(Coordinate::Integral { host: host(h)?, slot: slot(s, "integral")? })
+        }
+        [h, s] => Some(Coordinate::SoftBody { host: host(h)?, index: counted(s, "soft")? }),
         [h, p, q] => Some(Coordinate::Own { host: host(h)?, part: part(p)?, quantity: quantity(q)? }),
-        [h, "held", f, p, q, age] => Some(Coordinate::Held {
+        [h, s, x, a] => {
+            let (host, axis, age) = (host(h)?, axis(x)?, age(a)?);
+            match slot(s, "surface") {
+                Some(slot) => Some(Coordinate::Surface { host, slot, axis, age }),
+                None => Some(Coordinate::SteppedForce { host, slot: slot(s, "stepped")?, axis, age }),
+            }
+        }
+        [h, "held", f, p, q, a] => Some(Coordinate::Held {
             host: host(h)?,
             from: host(f)?,
             part: part(p)?,
             quantity: quantity(q)?,
-            age: age.strip_prefix("age")?.parse().ok().filter(|&age| age > 0)?,
+            age: age(a)?,
         }),
         _ => None,
     }
@@ -251,6 +326,10 @@ mod tests {
             "host2.object3.wz",
             "host1.held.host2.hand2.vy.age3",
             "host1.sensor2.y",
+            "host2.integral3",
+            "host1.soft12",
+            "host1.surface2.y.age1",
+            "host3.stepped1.z.age2",
         ] {
             assert_eq!(name.parse::<Coordinate>().unwrap().to_string(), name);
         }
@@ -261,6 +340,8 @@ mod tests {
             "host1.foot.x",
             "host1.hand1.x",
             "host1.hand02x.x",
+            "host1.integral0",
+            "host1.surface1.v.age1",
         ] {
             assert!(name.parse::<Coordinate>().is_err(), "{name}");
         }

@@ -515,7 +515,7 @@ pub struct GovernorLimits {
     pub max_force_n: f64,
     /// Largest change of force; the default `max_force_n · control_hz` admits 0 → F_max in one tick.
     pub max_slew_n_per_s: f64,
-    /// A device that was not written for so long releases.
+    /// After so long without a tick, or without a reading of the device, forces fade out and come back softly.
     pub watchdog_s: f64,
     /// Time in which forces fade in at the start.
     pub soft_start_s: f64,

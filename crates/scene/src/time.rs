@@ -96,6 +96,12 @@ impl Rate {
         self.denominator as f64 / self.numerator as f64
     }
 
+    /// The fewest ticks that last for `seconds` (0 or more): what a time in a scene means in ticks, wherever it is needed.
+    #[must_use]
+    pub fn ticks_in(self, seconds: f64) -> u64 {
+        (seconds * self.hz()).ceil() as u64
+    }
+
     /// The instant of tick `index`, rounded to the nearest nanosecond from the index: nothing accumulates.
     #[must_use]
     pub fn instant(self, index: u64) -> SessionTime {
@@ -307,6 +313,13 @@ mod tests {
         for text in ["", "0", "-1", "1/0", "nan", "1/2/3", "1e-400", "1e99", ".", "+5"] {
             assert!(text.parse::<Rate>().is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn a_time_in_ticks_is_rounded_up() {
+        let rate: Rate = "1024".parse().unwrap();
+        let ticks = [0.0, 1e-9, 0.02, 0.5, 0.5 + 1e-9, 1e300].map(|seconds| rate.ticks_in(seconds));
+        assert_eq!(ticks, [0, 1, 21, 512, 513, u64::MAX]);
     }
 
     #[test]

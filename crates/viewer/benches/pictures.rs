@@ -5,7 +5,7 @@ use std::hint::black_box;
 use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
-use cotouch_viewer::picture::encode;
+use cotouch_viewer::encode_picture;
 use cotouch_world::Phase;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::DVec3;
@@ -41,10 +41,10 @@ fn host(index: u8) -> HostSnapshot {
 fn pictures(criterion: &mut Criterion) {
     let snapshot = Snapshot { hosts: vec![host(0), host(1)], ..Snapshot::default() };
     let mut out = Vec::new();
-    encode(&snapshot, 1, None, &mut out);
+    encode_picture(&snapshot, 1, None, &mut out);
     eprintln!("a picture of a grasp has {} bytes", out.len());
     criterion.bench_function("picture/encode a grasp", |bencher| {
-        bencher.iter(|| encode(black_box(&snapshot), 1, None, black_box(&mut out)));
+        bencher.iter(|| encode_picture(black_box(&snapshot), 1, None, black_box(&mut out)));
     });
 }
 

@@ -1,4 +1,4 @@
-//! One browser's WebSocket: what it says is heard here, what it is told comes from [`crate::talking`].
+//! One browser's WebSocket: what it says is heard here, what it is told comes from [`crate::sender`].
 
 use std::future::pending;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::time::Duration;
 
 use axum::Error;
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
-use cotouch_runtime::hand::{Hand, TakeError};
+use cotouch_runtime::{PointerHandle, TakeError};
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use futures_util::stream::SplitStream;
@@ -16,20 +16,21 @@ use tokio::sync::{OwnedSemaphorePermit, mpsc, watch};
 use tokio::task::{JoinError, JoinHandle, spawn_blocking};
 use tokio::time::{Instant, interval, timeout};
 
-use crate::changing::{Change, Wanted};
+use crate::changes::{Change, Wanted};
+use crate::hub::{Hub, Subject};
 use crate::predicting::{Ask, Queue};
 use crate::protocol::{PageMessage, ServerMessage};
-use crate::room::{Room, Subject};
-use crate::talking::{self, PATIENCE, Talk};
+use crate::sender::{self, PATIENCE, PageSender};
+use crate::signals::PageSignals;
 
 /// Nothing that a page says is longer.
 pub(crate) const LARGEST_MESSAGE_BYTES: usize = 4096;
 
 /// A page that says more than this in a second is not ours.
-const MOST_MESSAGES_PER_S: u32 = 200;
+const MAX_MESSAGES_PER_S: u32 = 200;
 
 /// After so many messages that are none of the page's it is not ours either.
-const MOST_BAD_MESSAGES: u32 = 20;
+const MAX_BAD_MESSAGES: u32 = 20;
 
 /// A page that holds a hand says where to at least twice a second; after this time its hand is let go of.
 const LONGEST_SILENCE: Duration = Duration::from_secs(2);
@@ -38,15 +39,15 @@ const LONGEST_SILENCE: Duration = Duration::from_secs(2);
 const LOOK_PERIOD: Duration = Duration::from_millis(100);
 
 /// Messages that wait until a slow browser takes them; more are not sent.
-const MOST_WAITING: usize = 64;
+const MAX_WAITING: usize = 64;
 
 /// Pictures a second that a browser may ask for.
 const RATES_HZ: (f64, f64) = (32.0, 60.0);
 
 /// The ways from one browser to the rest of the server.
-pub(crate) struct Visit {
-    pub(crate) room: Arc<Room>,
-    /// Which browser.
+pub(crate) struct Connection {
+    pub(crate) hub: Arc<Hub>,
+    /// The number by which the server tells browsers apart.
     pub(crate) number: u64,
     /// Whether the browser runs on this computer.
     pub(crate) is_here: bool,
@@ -55,19 +56,19 @@ pub(crate) struct Visit {
 }
 
 /// Serves one browser until it leaves, misbehaves or sleeps.
-pub(crate) async fn serve(socket: WebSocket, visit: Visit, place: OwnedSemaphorePermit) {
+pub(crate) async fn serve(socket: WebSocket, connection: Connection, place: OwnedSemaphorePermit) {
     let (mut outgoing, incoming) = socket.split();
-    let (outbox, waiting) = mpsc::channel(MOST_WAITING);
-    let says = Says {
+    let (outbox, waiting) = mpsc::channel(MAX_WAITING);
+    let signals = PageSignals {
         holds: watch::Sender::new(None),
         rate_hz: watch::Sender::new(RATES_HZ.1),
         answered: watch::Sender::new(0),
     };
-    let talk = Talk::new(&visit.room, visit.is_here, waiting, &says);
-    let listen = Listen { visit, outbox, says, held: None, taking: None, bad: 0 };
+    let page = PageSender::new(&connection.hub, connection.is_here, waiting, &signals);
+    let listener = PageListener { connection, outbox, signals, held: None, taking: None, bad: 0 };
     let reason = tokio::select! {
-        reason = listen.run(incoming) => reason,
-        () = talking::talk(talk, &mut outgoing) => None,
+        reason = listener.run(incoming) => reason,
+        () = sender::run(page, &mut outgoing) => None,
     };
     if let Some((code, reason)) = reason {
         let frame = CloseFrame { code, reason: reason.into() };
@@ -83,36 +84,26 @@ pub(crate) async fn turn_away(mut socket: WebSocket, most: usize) {
     let _ = timeout(PATIENCE, socket.send(Message::Close(Some(frame)))).await;
 }
 
-/// What a browser has said that concerns what it is told.
-pub(crate) struct Says {
-    /// Whose hand it moves.
-    pub(crate) holds: watch::Sender<Option<HostIndex>>,
-    /// Pictures a second.
-    pub(crate) rate_hz: watch::Sender<f64>,
-    /// The number of the last ping that it answered.
-    pub(crate) answered: watch::Sender<u64>,
-}
-
 /// Why a connection is closed: a code and words.
 type Reason = Option<(u16, &'static str)>;
 
-struct Listen {
-    visit: Visit,
+struct PageListener {
+    connection: Connection,
     outbox: mpsc::Sender<ServerMessage>,
-    says: Says,
+    signals: PageSignals,
     held: Option<Held>,
-    taking: Option<JoinHandle<Result<Hand, TakeError>>>,
+    taking: Option<JoinHandle<Result<PointerHandle, TakeError>>>,
     bad: u32,
 }
 
 /// The hand that this browser moves.
 struct Held {
-    hand: Hand,
+    hand: PointerHandle,
     generation: u32,
     last_heard: Instant,
 }
 
-impl Listen {
+impl PageListener {
     /// Hears the browser out. Whatever hand it has then is let go of.
     async fn run(mut self, mut incoming: SplitStream<WebSocket>) -> Reason {
         let mut second = interval(Duration::from_secs(1));
@@ -125,7 +116,7 @@ impl Listen {
                 taken = finished(&mut self.taking) => self.take_up(taken),
                 message = incoming.next() => {
                     heard += 1;
-                    if heard > MOST_MESSAGES_PER_S {
+                    if heard > MAX_MESSAGES_PER_S {
                         return Some((close_code::POLICY, "too many messages: at most 200 a second"));
                     }
                     match message {
@@ -135,7 +126,7 @@ impl Listen {
                     }
                 }
             }
-            if self.bad >= MOST_BAD_MESSAGES {
+            if self.bad >= MAX_BAD_MESSAGES {
                 return Some((close_code::POLICY, "too many messages that are none of this page's"));
             }
         }
@@ -154,7 +145,7 @@ impl Listen {
             Message::Binary(_) => self.refuse_message("it is not text"),
             Message::Pong(payload) => {
                 if let Ok(number) = <[u8; 8]>::try_from(&payload[..]) {
-                    self.says.answered.send_replace(u64::from_le_bytes(number));
+                    self.signals.answered.send_replace(u64::from_le_bytes(number));
                 }
             }
             Message::Ping(_) | Message::Close(_) => {}
@@ -167,20 +158,20 @@ impl Listen {
             PageMessage::Leave {} => self.let_go(),
             PageMessage::Point { targets_m } => self.point(&targets_m),
             PageMessage::Rate { hz } => {
-                self.says.rate_hz.send_replace(hz.clamp(RATES_HZ.0, RATES_HZ.1));
+                self.signals.rate_hz.send_replace(hz.clamp(RATES_HZ.0, RATES_HZ.1));
             }
             PageMessage::Set { settings } => self.change(Wanted::Settings(settings)),
             PageMessage::Again {} => self.change(Wanted::Again),
             PageMessage::Predict { id, settings, margin, map } => {
-                let (browser, asker) = (self.visit.number, self.outbox.clone());
+                let (browser, asker) = (self.connection.number, self.outbox.clone());
                 let told = Vec::new();
-                self.visit.predictions.put(Ask { browser, id, settings, margin, map, asker, told });
+                self.connection.predictions.put(Ask { browser, id, settings, margin, map, asker, told });
             }
         }
     }
 
     fn take(&mut self, user: HostIndex) {
-        let Subject::Live(live, _) = &self.visit.room.subject else {
+        let Subject::Live(live, _) = &self.connection.hub.subject else {
             return self.refuse("take", "a recording has no hands that can be taken");
         };
         if self.taking.is_some() {
@@ -191,36 +182,36 @@ impl Listen {
         }
         // One browser moves one hand.
         self.held = None;
-        self.says.holds.send_replace(None);
+        self.signals.holds.send_replace(None);
         let live = Arc::clone(live);
         self.taking = Some(spawn_blocking(move || live.take(user)));
     }
 
     /// What came of taking a hand.
-    fn take_up(&mut self, taken: Result<Result<Hand, TakeError>, JoinError>) {
+    fn take_up(&mut self, taken: Result<Result<PointerHandle, TakeError>, JoinError>) {
         self.taking = None;
         match taken {
             Ok(Ok(hand)) => {
-                let generation = self.visit.room.stage.borrow().session.generation;
+                let generation = self.connection.hub.state.borrow().session.generation;
                 self.held = Some(Held { hand, generation, last_heard: Instant::now() });
             }
             Ok(Err(error)) => self.refuse("take", &error.to_string()),
             Err(error) => self.refuse("take", &format!("the hand could not be taken: {error}")),
         }
         self.tell_what_is_held();
-        self.visit.room.look();
+        self.connection.hub.look();
     }
 
     fn let_go(&mut self) {
         self.held = None;
         self.tell_what_is_held();
-        self.visit.room.look();
+        self.connection.hub.look();
     }
 
     /// Lets go of a hand whose session is over, or whose page has fallen silent.
     fn look_after_the_hand(&mut self) {
         let Some(held) = &self.held else { return };
-        if held.generation != self.visit.room.stage.borrow().session.generation {
+        if held.generation != self.connection.hub.state.borrow().session.generation {
             self.let_go();
         } else if held.last_heard.elapsed() > LONGEST_SILENCE {
             self.let_go();
@@ -236,17 +227,17 @@ impl Listen {
         // Words that were on their way when the hand was lost are no mistake of the page.
         let Some(held) = &mut self.held else { return };
         let targets = targets_m.iter().copied().map(DVec3::from).collect();
-        let is_over = || self.visit.room.stage.borrow().session.generation != held.generation;
+        let is_over = || self.connection.hub.state.borrow().session.generation != held.generation;
         if !held.hand.point(&targets) && is_over() {
             self.let_go();
         }
     }
 
     fn change(&self, wanted: Wanted) {
-        let Subject::Live(live, _) = &self.visit.room.subject else {
+        let Subject::Live(live, _) = &self.connection.hub.subject else {
             return self.refuse("set", "a recording cannot be changed");
         };
-        if !self.visit.is_here {
+        if !self.connection.is_here {
             return self.refuse("set", "only a browser on the computer that runs the session may change it");
         }
         if !live.may_change() {
@@ -254,14 +245,14 @@ impl Listen {
                 .refuse("set", "a session that several computers share cannot be changed while it runs");
         }
         let change = Change { wanted, asker: self.outbox.clone() };
-        if self.visit.changes.try_send(change).is_err() {
+        if self.connection.changes.try_send(change).is_err() {
             self.refuse("set", "too many changes wait already");
         }
     }
 
     fn tell_what_is_held(&self) {
         let held = self.held.as_ref().map(|held| (held.hand.user, held.hand.spring));
-        self.says.holds.send_replace(held.map(|(user, _)| user));
+        self.signals.holds.send_replace(held.map(|(user, _)| user));
         let spring = held.map(|(_, spring)| spring);
         self.tell(ServerMessage::Taken {
             user: held.map(|(user, _)| user),
@@ -281,7 +272,7 @@ impl Listen {
 
     fn tell(&self, message: ServerMessage) {
         if self.outbox.try_send(message).is_err() {
-            tracing::debug!("browser {} takes no messages", self.visit.number);
+            tracing::debug!("browser {} takes no messages", self.connection.number);
         }
     }
 }

@@ -3,33 +3,10 @@
 use cotouch_scene::builtin;
 use cotouch_scene::scene::{Architecture, Scene, ShapeKind, SoftMeshKind};
 use cotouch_scene::value::Value;
-use serde::Serialize;
 
-use crate::protocol::{Setting, Settings};
+use crate::control::Control;
+use crate::setting::{Setting, Settings, shortened};
 use crate::settings::{ARCHITECTURE, Chosen, SCENE, architecture, family_of};
-
-/// One control; fields as in `page/src/protocol.ts`.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(crate) struct Control {
-    pub(crate) key: &'static str,
-    label: &'static str,
-    unit: &'static str,
-    help: &'static str,
-    kind: &'static str,
-    pub(crate) low: f64,
-    pub(crate) high: f64,
-    log: bool,
-    pub(crate) choices: Vec<String>,
-    restarts: bool,
-}
-
-impl Control {
-    /// Whether a slider can stand there. The end of one that runs over a logarithm is only nearly what it is.
-    fn reaches(&self, number: f64) -> bool {
-        let slack = 1e-9 * self.low.abs().max(self.high.abs());
-        (self.low - slack..=self.high + slack).contains(&number)
-    }
-}
 
 /// Key, label, unit, help.
 type Words = (&'static str, &'static str, &'static str, &'static str);
@@ -89,9 +66,9 @@ const DIVISORS: [u32; 6] = [2, 4, 8, 16, 32, 64];
 /// Rates of the slow simulation that are offered are the haptic rate by these.
 const SLOW_DIVISORS: [u32; 10] = [4, 8, 10, 16, 20, 25, 32, 40, 50, 64];
 /// The end of the sliders of K_h and INT in units of K_o: well past what can be stable.
-const MOST_RATIO: f64 = 2.5;
+const MAX_RATIO: f64 = 2.5;
 /// How many users a lesson has at most.
-const MOST_USERS: u32 = 8;
+const MAX_USERS_OF_LESSON: u32 = 8;
 
 /// The controls of the scene that is chosen, `scene`. Sliders are laid about the values of its own text, and reach the present
 /// ones.
@@ -104,7 +81,7 @@ pub(crate) fn controls(chosen: &Chosen, scene: &Scene) -> Vec<Control> {
         controls.push(choice(words::OF_ARCHITECTURE, architectures));
     }
     if users_are_alike(scene) {
-        controls.push(whole(words::USERS, 2, MOST_USERS));
+        controls.push(whole(words::USERS, 2, MAX_USERS_OF_LESSON));
     }
     if scene.soft.exists() {
         controls.extend(soft_controls(&own, scene));
@@ -146,7 +123,7 @@ fn rigid_controls(own: &Scene, scene: &Scene) -> Vec<Control> {
 fn soft_controls(own: &Scene, scene: &Scene) -> Vec<Control> {
     let gain = |[absolute, ratio]: [Words; 2]| match own.number(absolute.0) {
         Some(value) if value > 0.0 => about(absolute, own),
-        _ => number(ratio, 0.0, MOST_RATIO),
+        _ => number(ratio, 0.0, MAX_RATIO),
     };
     let words_of = |words: Words, choices: &[&str]| {
         choice(words, choices.iter().map(|word| (*word).to_owned()).collect())
@@ -197,11 +174,6 @@ pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), Str
             _ => Err(format!("{key} must be a number from {} to {}", control.low, control.high)),
         }
     })
-}
-
-/// A text from outside, short enough to be said back: at most so many letters.
-pub(crate) fn shortened(text: &str, most: usize) -> String {
-    text.chars().filter(|letter| !letter.is_control()).take(most).collect()
 }
 
 fn scenes(family: &str) -> Vec<String> {

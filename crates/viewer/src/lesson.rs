@@ -6,14 +6,16 @@ use cotouch_runtime::live::LiveSession;
 use cotouch_scene::builtin;
 use cotouch_scene::scene::Scene;
 
-use crate::controls::{self, Control};
-use crate::protocol::{MapAxes, MapAxis, Setting, Settings};
-use crate::room::lock;
+use crate::control::Control;
+use crate::controls;
+use crate::lock::lock;
+use crate::protocol::{MapAxes, MapAxis};
+use crate::setting::{Setting, Settings, shortened};
 use crate::settings::{ARCHITECTURE, Base, Chosen, SCENE, family_of};
 
 /// Most values along an axis of a map, and on a map.
-const MOST_VALUES: usize = 200;
-const MOST_POINTS: usize = 20_000;
+const MAX_VALUES: usize = 200;
+const MAX_POINTS: usize = 20_000;
 
 /// See the module. Without a base nothing can be set or predicted.
 pub(crate) struct Lesson {
@@ -102,11 +104,7 @@ fn is_a_scene(settings: &Settings, first: &str) -> Result<(), String> {
         return Ok(());
     }
     let names: Vec<&str> = builtin::names().filter(|name| family_of(name) == *name).collect();
-    Err(format!(
-        "there is no scene \"{}\" here; there are {}",
-        controls::shortened(name, 60),
-        names.join(", ")
-    ))
+    Err(format!("there is no scene \"{}\" here; there are {}", shortened(name, 60), names.join(", ")))
 }
 
 /// Refuses a map that no control asks for, or that is too large.
@@ -116,8 +114,8 @@ pub(crate) fn check_map(axes: &MapAxes, controls: &[Control]) -> Result<(), Stri
     if axes.x.key == axes.y.key {
         return Err("the two axes of a map must be different settings".to_owned());
     }
-    if axes.x.count * axes.y.count > MOST_POINTS {
-        return Err(format!("a map can have at most {MOST_POINTS} points"));
+    if axes.x.count * axes.y.count > MAX_POINTS {
+        return Err(format!("a map can have at most {MAX_POINTS} points"));
     }
     Ok(())
 }
@@ -126,10 +124,10 @@ fn check_axis(axis: &MapAxis, controls: &[Control]) -> Result<(), String> {
     let MapAxis { ref key, from, to, count, log } = *axis;
     let is_number = |control: &&Control| control.key == key && control.choices.is_empty();
     if !controls.iter().any(|control| is_number(&control)) {
-        return Err(format!("a map can have no axis \"{}\" in this scene", controls::shortened(key, 60)));
+        return Err(format!("a map can have no axis \"{}\" in this scene", shortened(key, 60)));
     }
-    if !(2..=MOST_VALUES).contains(&count) {
-        return Err(format!("an axis of a map has 2 to {MOST_VALUES} values, not {count}"));
+    if !(2..=MAX_VALUES).contains(&count) {
+        return Err(format!("an axis of a map has 2 to {MAX_VALUES} values, not {count}"));
     }
     if from >= to || (log && from <= 0.0) {
         return Err(format!(

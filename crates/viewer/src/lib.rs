@@ -1,12 +1,12 @@
 //! The web page of a running session, or of recordings.
 //!
 //! A [`Viewer`] serves on one address `/`, the page that `build.rs` bundles; `/live`, a WebSocket that carries pictures and
-//! messages ([`protocol`], [`picture`]); `/recordings/N/pictures`, what a recording looked like; and `/healthz`, which
+//! messages (`protocol.rs`, `picture.rs`); `/recordings/N/pictures`, what a recording looked like; and `/healthz`, which
 //! answers 200. It runs on a thread of its own, only ever asks for the newest picture, and sends the next one when the
 //! browser has taken the last: a slow browser sees fewer pictures and slows nothing down.
 //!
 //! A browser may take a hand and move it, and one on the same computer may change the session: the [`Base`] says where the
-//! scene comes from, so that it can be had with other settings, and a [`predictor::Predictor`] says what the analysis
+//! scene comes from, so that it can be had with other settings, and a [`Predictor`] says what the analysis
 //! thinks of them.
 //!
 //! The page makes no request to any other host. A page from another origin cannot read the session: the `Origin` and
@@ -15,21 +15,29 @@
 mod about;
 mod browser;
 mod bundle;
-mod changing;
+mod changes;
+mod control;
 mod controls;
+mod hub;
 mod lesson;
-mod manners;
-pub mod picture;
+mod lock;
+mod origin;
+mod picture;
 mod predicting;
-pub mod predictor;
-pub mod protocol;
+mod predictor;
+mod protocol;
 mod replays;
-mod room;
+mod sender;
 mod server;
+mod setting;
 mod settings;
-pub mod skin;
-mod talking;
+mod signals;
+mod skin;
 
-pub use replays::ReplayError;
+pub use picture::encode as encode_picture;
+pub use predictor::{Answer, Predictor, Question};
+pub use protocol::{MapAxes, MapAxis, check_page_message};
+pub use replays::ShownRecordingError;
 pub use server::{Show, Viewer, ViewerError};
 pub use settings::Base;
+pub use skin::Skin;

@@ -11,17 +11,19 @@ use std::thread::{self, JoinHandle};
 use serde_json::Value;
 use tokio::sync::mpsc;
 
+use crate::hub::{Hub, Subject};
 use crate::lesson;
+use crate::lock::lock;
 use crate::predictor::{Answer, Predictor, Question};
-use crate::protocol::{MapAxes, ServerMessage, Settings};
-use crate::room::{Room, Subject, lock};
+use crate::protocol::{MapAxes, ServerMessage};
+use crate::setting::Settings;
 
 /// The predictor is to leave the processors to haptic loops.
 const NICENESS: i32 = 10;
 
-/// A browser's question.
+/// A question that a browser has asked.
 pub(crate) struct Ask {
-    /// Which browser.
+    /// The number of the browser that asked.
     pub(crate) browser: u64,
     pub(crate) id: u32,
     pub(crate) settings: Settings,
@@ -51,14 +53,14 @@ struct Waiting {
 }
 
 impl Predicting {
-    pub(crate) fn start(room: Arc<Room>, predictor: Arc<dyn Predictor>) -> io::Result<Self> {
+    pub(crate) fn start(hub: Arc<Hub>, predictor: Arc<dyn Predictor>) -> io::Result<Self> {
         let queue = Arc::new(Queue::default());
         let asked = Arc::clone(&queue);
         let thread = thread::Builder::new().name("predictor".to_owned()).spawn(move || {
             // Where the system does not allow that, it is only less polite. Threads that this one starts follow it.
             let _ = rustix::process::nice(NICENESS);
             while let Some(ask) = asked.next() {
-                if let Some(rest) = answer(ask, &asked, &room, predictor.as_ref()) {
+                if let Some(rest) = answer(ask, &asked, &hub, predictor.as_ref()) {
                     asked.put_back(rest);
                 }
             }
@@ -125,10 +127,10 @@ impl Queue {
 }
 
 /// Answers; gives back the question when others' first answers are more urgent than the rest of this one.
-fn answer(mut ask: Ask, queue: &Queue, room: &Room, predictor: &dyn Predictor) -> Option<Ask> {
+fn answer(mut ask: Ask, queue: &Queue, hub: &Hub, predictor: &dyn Predictor) -> Option<Ask> {
     // A browser that takes no messages does not want this one either.
     let tell = |message| drop(ask.asker.try_send(message));
-    let (question, note) = match question(&ask, room) {
+    let (question, note) = match question(&ask, hub) {
         Ok(question) => question,
         Err(why) => {
             tell(ServerMessage::Refused { what: "predict", why });
@@ -172,11 +174,11 @@ fn part(answer: &Answer) -> &'static str {
 }
 
 /// What is asked, and what the session would do differently; or why that cannot be asked.
-fn question(ask: &Ask, room: &Room) -> Result<(Question, Option<String>), String> {
+fn question(ask: &Ask, hub: &Hub) -> Result<(Question, Option<String>), String> {
     let nothing = || "nothing can be predicted here: where the scene comes from is not known".to_owned();
-    let Subject::Live(live, lesson) = &room.subject else { return Err(nothing()) };
+    let Subject::Live(live, lesson) = &hub.subject else { return Err(nothing()) };
     let present = lesson.present().ok_or_else(nothing)?;
-    let controls = room.stage.borrow().session.controls.clone();
+    let controls = hub.state.borrow().session.controls.clone();
     let (wanted, controls) = present.with(&ask.settings, &controls, live)?;
     if let Some(axes) = &ask.map {
         lesson::check_map(axes, &controls)?;

@@ -1,26 +1,12 @@
 //! What the page and its server say to each other on `/live`, besides pictures ([`crate::picture`]): JSON, one object a
 //! message. The page's side, where every field is explained, is `page/src/protocol.ts`.
 
-use std::collections::BTreeMap;
-
 use cotouch_scene::names::HostIndex;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
-use crate::controls::{Control, shortened};
-
-/// Values of controls, by key: numbers or choices.
-pub type Settings = BTreeMap<String, Setting>;
-
-/// What a control is set to.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(untagged)]
-pub enum Setting {
-    /// Of a number or a whole number.
-    Number(f64),
-    /// Of a choice.
-    Choice(String),
-}
+use crate::control::Control;
+use crate::setting::{Settings, shortened};
 
 /// From the page. Anything else is refused.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -55,7 +41,7 @@ pub fn check_page_message(text: &str) -> Result<(), String> {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapAxes {
-    /// Along a row.
+    /// The values along a row.
     pub x: MapAxis,
     /// From row to row.
     pub y: MapAxis,
@@ -65,19 +51,19 @@ pub struct MapAxes {
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MapAxis {
-    /// A scene key.
+    /// The scene key that changes.
     pub key: String,
-    /// The first value.
+    /// The value at which the axis begins.
     pub from: f64,
-    /// The last value.
+    /// The value at which the axis ends.
     pub to: f64,
-    /// How many.
+    /// How many values there are, both ends included.
     pub count: usize,
     /// Whether neighbours have equal ratios.
     pub log: bool,
 }
 
-/// To the page.
+/// What the server says to a page.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 #[serde(tag = "type", rename_all = "kebab-case")]
 pub(crate) enum ServerMessage {
@@ -146,6 +132,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
+    use crate::setting::Setting;
 
     #[test]
     fn what_the_page_says_is_read() {

@@ -23,21 +23,21 @@ use crate::skin::{Deformed, Skin};
 const PICTURES_PER_S: f64 = 60.0;
 
 /// Pictures of a host at most: a long recording has fewer a second.
-const MOST_PICTURES: usize = 100_000;
+const MAX_PICTURES: usize = 100_000;
 
 /// Pictures of all hosts together take at most about so many bytes: surfaces are large.
-const MOST_BYTES: usize = 256 << 20;
+const MAX_BYTES: usize = 256 << 20;
 
 /// A page asks for no more at once.
 pub(crate) const LONGEST_REQUEST_S: f64 = 30.0;
 
 /// Why a recording cannot be shown.
 #[derive(Debug, thiserror::Error)]
-pub enum ReplayError {
+pub enum ShownRecordingError {
     /// It cannot be read.
     #[error("{path}: {source}")]
     Recording {
-        /// The file.
+        /// The file that was to be shown.
         path: PathBuf,
         /// What is wrong with it.
         source: RecordingError,
@@ -45,7 +45,7 @@ pub enum ReplayError {
     /// The scene in it does not read.
     #[error("{path}: the scene of the recording cannot be used: {reason}")]
     Scene {
-        /// The file.
+        /// The file that was to be shown.
         path: PathBuf,
         /// What is wrong with it.
         reason: String,
@@ -53,13 +53,13 @@ pub enum ReplayError {
     /// It has no tick.
     #[error("{path}: the recording has no tick that could be shown")]
     Empty {
-        /// The file.
+        /// The file that was to be shown.
         path: PathBuf,
     },
 }
 
 /// A recording, ready to be shown.
-pub(crate) struct Replay {
+pub(crate) struct ShownRecording {
     name: String,
     pub(crate) about: Value,
     /// Session time of each picture, s, rising; the picture's place in `bytes` ends there.
@@ -68,16 +68,17 @@ pub(crate) struct Replay {
     bytes: Vec<u8>,
 }
 
-impl Replay {
-    pub(crate) fn open(path: &Path) -> Result<Self, ReplayError> {
-        let failed = |source| ReplayError::Recording { path: path.to_owned(), source };
+impl ShownRecording {
+    pub(crate) fn open(path: &Path) -> Result<Self, ShownRecordingError> {
+        let failed = |source| ShownRecordingError::Recording { path: path.to_owned(), source };
         let recording = RecordingReader::open(path).map_err(failed)?;
         let text = &recording.header().scene_toml;
-        let scene = cotouch_scene::parse(text, "its scene", None, &[])
-            .map_err(|errors| ReplayError::Scene { path: path.to_owned(), reason: errors.to_string() })?;
+        let scene = cotouch_scene::parse(text, "its scene", None, &[]).map_err(|errors| {
+            ShownRecordingError::Scene { path: path.to_owned(), reason: errors.to_string() }
+        })?;
         let mut replay = Self::read(&scene, recording).map_err(failed)?;
         if replay.pictures.is_empty() {
-            return Err(ReplayError::Empty { path: path.to_owned() });
+            return Err(ShownRecordingError::Empty { path: path.to_owned() });
         }
         replay.name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
         Ok(replay)
@@ -120,9 +121,9 @@ impl Replay {
 struct Shot {
     /// Which of 60 pictures a second.
     slot: i64,
-    /// Session time, s.
+    /// Session time of the picture, s.
     time_s: f64,
-    /// The host, encoded.
+    /// The host's part of the picture, encoded.
     host: Vec<u8>,
     /// The soft object's surface in use, encoded; several pictures may show the same.
     surface: Option<Arc<[u8]>>,
@@ -144,7 +145,7 @@ struct Shots {
     surface: Option<Arc<[u8]>>,
     /// What the pictures take where every one has its surface, and may take, bytes.
     bytes: usize,
-    most_bytes: usize,
+    max_bytes: usize,
     /// As it was recorded since.
     newer_surface: Option<SurfaceRecord>,
     /// Every so many pictures of 60 a second are kept.
@@ -172,7 +173,7 @@ impl Shots {
             skin,
             surface: None,
             bytes: 0,
-            most_bytes: MOST_BYTES / usize::from(users.max(1)),
+            max_bytes: MAX_BYTES / usize::from(users.max(1)),
             newer_surface: None,
             stride: 1,
             ticks: 0,
@@ -216,7 +217,7 @@ impl Shots {
         self.bytes += shot.size();
         self.taken.push(shot);
         self.lateness_ns = 0;
-        if self.taken.len() >= MOST_PICTURES || self.bytes > self.most_bytes {
+        if self.taken.len() >= MAX_PICTURES || self.bytes > self.max_bytes {
             self.thin_out();
         }
     }
@@ -252,7 +253,6 @@ impl Shots {
             time_s,
             fingers: (0..fingers).map(finger).collect(),
             bodies: tick.bodies.iter().map(|body| body.pose).collect(),
-            soft: None,
             touches_wall: tick.touches_wall,
             diverged: tick.diverged,
             ticks: self.ticks,
@@ -260,6 +260,7 @@ impl Shots {
             lateness_us: self.lateness_ns as f64 * 1e-3,
             energy_j: tick.energy_j,
             links: links.map(|(index, peer)| peer.snapshot(HostIndex(index as u8))).collect(),
+            ..HostSnapshot::default()
         }
     }
 }

@@ -17,19 +17,19 @@ use axum::routing::get;
 use cotouch_runtime::live::LiveSession;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 
-use crate::browser::{self, LARGEST_MESSAGE_BYTES, Visit};
+use crate::browser::{self, Connection, LARGEST_MESSAGE_BYTES};
 use crate::bundle::{self, Part};
-use crate::changing::{self, Change};
+use crate::changes::{self, Change};
+use crate::hub::{Hub, Subject};
 use crate::lesson::Lesson;
-use crate::manners;
+use crate::origin;
 use crate::predicting::{Predicting, Queue};
 use crate::predictor::Predictor;
-use crate::replays::{LONGEST_REQUEST_S, Replay, ReplayError};
-use crate::room::{Room, Subject};
+use crate::replays::{LONGEST_REQUEST_S, ShownRecording, ShownRecordingError};
 use crate::settings::Base;
 
 /// Browsers that look at one session at most.
-const MOST_BROWSERS: usize = 32;
+const MAX_BROWSERS: usize = 32;
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
@@ -50,13 +50,13 @@ pub enum ViewerError {
     },
     /// A recording cannot be shown.
     #[error(transparent)]
-    Replay(#[from] ReplayError),
+    Replay(#[from] ShownRecordingError),
 }
 
 /// A running viewer; dropping it closes the page's address.
 pub struct Viewer {
     address: SocketAddr,
-    room: Arc<Room>,
+    hub: Arc<Hub>,
     places: Arc<Semaphore>,
     stop: Option<oneshot::Sender<()>>,
     thread: Option<JoinHandle<()>>,
@@ -91,30 +91,30 @@ impl Viewer {
         let listener = TcpListener::bind(address).map_err(refused)?;
         listener.set_nonblocking(true).map_err(refused)?;
         let bound = listener.local_addr().map_err(refused)?;
-        let room = Arc::new(Room::new(subject(show)?));
-        let predicting = Predicting::start(Arc::clone(&room), predictor).map_err(refused)?;
-        let places = Arc::new(Semaphore::new(MOST_BROWSERS));
-        let desk = Desk::new(Arc::clone(&room), Arc::clone(&places), predicting.queue());
+        let hub = Arc::new(Hub::new(subject(show)?));
+        let predicting = Predicting::start(Arc::clone(&hub), predictor).map_err(refused)?;
+        let places = Arc::new(Semaphore::new(MAX_BROWSERS));
+        let server = ServerState::new(Arc::clone(&hub), Arc::clone(&places), predicting.queue());
         let (stop, stopped) = oneshot::channel();
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(refused)?;
         let thread = std::thread::Builder::new()
             .name("viewer".to_owned())
-            .spawn(move || runtime.block_on(serve(listener, desk, stopped)))
+            .spawn(move || runtime.block_on(serve(listener, server, stopped)))
             .map_err(refused)?;
         let (stop, thread) = (Some(stop), Some(thread));
-        Ok(Self { address: bound, room, places, stop, thread, _predicting: predicting })
+        Ok(Self { address: bound, hub, places, stop, thread, _predicting: predicting })
     }
 
     /// Browsers that watch at this moment.
     #[must_use]
     pub fn watchers(&self) -> usize {
-        MOST_BROWSERS - self.places.available_permits()
+        MAX_BROWSERS - self.places.available_permits()
     }
 
     /// Shows a sentence on all pages. What is new of a session that can be changed is shown without; of any other, whoever
     /// takes its news passes it on.
     pub fn tell(&self, news: &str) {
-        self.room.tell(news);
+        self.hub.tell(news);
     }
 
     /// Where the page is.
@@ -132,91 +132,93 @@ impl Drop for Viewer {
     }
 }
 
-fn subject(show: Show) -> Result<Subject, ReplayError> {
+fn subject(show: Show) -> Result<Subject, ShownRecordingError> {
     match show {
         Show::Live(live, base) => {
             let lesson = Box::new(Lesson::new(&live, base));
             Ok(Subject::Live(live, lesson))
         }
         Show::Replay(paths) => {
-            let replays: Result<Vec<Replay>, ReplayError> =
-                paths.iter().map(|path| Replay::open(path)).collect();
+            let replays: Result<Vec<ShownRecording>, ShownRecordingError> =
+                paths.iter().map(|path| ShownRecording::open(path)).collect();
             Ok(Subject::Replay(replays?))
         }
     }
 }
 
-/// What answers need.
+/// What the answers to requests need.
 #[derive(Clone)]
-struct Desk {
-    room: Arc<Room>,
+struct ServerState {
+    hub: Arc<Hub>,
     places: Arc<Semaphore>,
     predictions: Arc<Queue>,
     changes: Option<mpsc::Sender<Change>>,
     next_number: Arc<AtomicU64>,
 }
 
-impl Desk {
-    fn new(room: Arc<Room>, places: Arc<Semaphore>, predictions: Arc<Queue>) -> Self {
-        Self { room, places, predictions, changes: None, next_number: Arc::new(AtomicU64::new(0)) }
+impl ServerState {
+    fn new(hub: Arc<Hub>, places: Arc<Semaphore>, predictions: Arc<Queue>) -> Self {
+        Self { hub, places, predictions, changes: None, next_number: Arc::new(AtomicU64::new(0)) }
     }
 }
 
-async fn serve(listener: TcpListener, mut desk: Desk, stopped: oneshot::Receiver<()>) {
-    let (changes, asked) = mpsc::channel(changing::MOST_WAITING);
-    desk.changes = Some(changes);
-    let room = Arc::clone(&desk.room);
+async fn serve(listener: TcpListener, mut server: ServerState, stopped: oneshot::Receiver<()>) {
+    let (changes, asked) = mpsc::channel(changes::MAX_WAITING);
+    server.changes = Some(changes);
+    let hub = Arc::clone(&server.hub);
     let served = async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        let service = routes(desk).into_make_service_with_connect_info::<SocketAddr>();
+        let service = routes(server).into_make_service_with_connect_info::<SocketAddr>();
         axum::serve(listener, service).await
     };
     tokio::select! {
         _ = stopped => {}
-        () = room.tend() => {}
-        () = changing::make(Arc::clone(&room), asked) => {}
+        () = hub.watch() => {}
+        () = changes::make(Arc::clone(&hub), asked) => {}
         result = served => if let Err(error) = result {
             tracing::warn!("the viewer ended: {error}");
         },
     }
 }
 
-fn routes(desk: Desk) -> Router {
+fn routes(server: ServerState) -> Router {
     Router::new()
         .route("/", get(async |headers: HeaderMap| bundle::answer(Part::Page, &headers)))
         .route("/page.js", get(async |headers: HeaderMap| bundle::answer(Part::Script, &headers)))
         .route("/page.css", get(async |headers: HeaderMap| bundle::answer(Part::Style, &headers)))
         .route("/live", get(live))
         .route("/recordings/{index}/pictures", get(pictures))
-        .with_state(desk)
+        .with_state(server)
         .layer(middleware::from_fn(only_our_page))
         .route("/healthz", get(async || "ok\n"))
         .layer(middleware::from_fn(with_headers))
 }
 
 async fn live(
-    State(desk): State<Desk>,
+    State(server): State<ServerState>,
     ConnectInfo(peer): ConnectInfo<SocketAddr>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let upgrade = upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES);
-    let Ok(place) = Arc::clone(&desk.places).try_acquire_owned() else {
-        return upgrade.on_upgrade(|socket| browser::turn_away(socket, MOST_BROWSERS));
+    let Ok(place) = Arc::clone(&server.places).try_acquire_owned() else {
+        return upgrade.on_upgrade(|socket| browser::turn_away(socket, MAX_BROWSERS));
     };
-    let Some(changes) = desk.changes.clone() else { return StatusCode::SERVICE_UNAVAILABLE.into_response() };
-    let visit = Visit {
-        room: desk.room,
-        number: desk.next_number.fetch_add(1, Ordering::Relaxed),
+    let Some(changes) = server.changes.clone() else {
+        return StatusCode::SERVICE_UNAVAILABLE.into_response();
+    };
+    let connection = Connection {
+        hub: server.hub,
+        number: server.next_number.fetch_add(1, Ordering::Relaxed),
         is_here: peer.ip().to_canonical().is_loopback(),
         changes,
-        predictions: desk.predictions,
+        predictions: server.predictions,
     };
-    upgrade.on_upgrade(|socket| browser::serve(socket, visit, place))
+    upgrade.on_upgrade(|socket| browser::serve(socket, connection, place))
 }
 
-async fn pictures(State(desk): State<Desk>, Path(index): Path<String>, uri: Uri) -> Response {
+async fn pictures(State(server): State<ServerState>, Path(index): Path<String>, uri: Uri) -> Response {
     let refuse = |status, why: String| (status, why + "\n").into_response();
-    let Subject::Replay(replays) = &desk.room.subject else {
+    let Subject::Replay(replays) = &server.hub.subject else {
         return refuse(StatusCode::NOT_FOUND, "this is a running session, not a recording".to_owned());
     };
     let Some(replay) = index.parse().ok().and_then(|index: usize| replays.get(index)) else {
@@ -250,7 +252,7 @@ fn span(query: &str) -> Result<(f64, f64), String> {
 }
 
 async fn only_our_page(request: Request, next: Next) -> Response {
-    match manners::check(request.headers()) {
+    match origin::check(request.headers()) {
         Ok(()) => next.run(request).await,
         Err(refusal) => (StatusCode::FORBIDDEN, refusal.in_words()).into_response(),
     }
@@ -258,6 +260,6 @@ async fn only_our_page(request: Request, next: Next) -> Response {
 
 async fn with_headers(request: Request, next: Next) -> Response {
     let mut response = next.run(request).await;
-    response.headers_mut().extend(manners::HEADERS);
+    response.headers_mut().extend(origin::HEADERS);
     response
 }

@@ -3,7 +3,7 @@
 use cotouch_scene::scene::{Architecture, Scene};
 use cotouch_scene::{Override, builtin};
 
-use crate::protocol::{Setting, Settings};
+use crate::setting::{Setting, Settings};
 
 /// The control that chooses a scene.
 pub(crate) const SCENE: &str = "scene";
@@ -17,7 +17,7 @@ const TWIN: &str = "-centralized";
 pub struct Base {
     /// A built-in scene or a file.
     pub scene: String,
-    /// What `--set` said.
+    /// What `--set` said on the command line.
     pub overrides: Vec<Override>,
 }
 

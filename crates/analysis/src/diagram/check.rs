@@ -6,12 +6,12 @@ use nalgebra::DMatrix;
 
 use super::error::DiagramError;
 use super::layout::Layout;
+use super::model::{Block, Diagram, Element, Law, Plant, Sampled, Wire};
 use super::order::{Emission, emissions};
 use super::timetable::Timetable;
-use super::{Block, Diagram, Element, Law, Plant, Sampled, Wire};
 
 /// States squared times instants: some seconds of work.
-const MOST_WORK: f64 = 1e9;
+const MAX_WORK: f64 = 1e9;
 
 /// ‖A‖ times the pattern.
 const STIFFEST: f64 = 1e6;
@@ -48,8 +48,8 @@ impl<'a> Checked<'a> {
 }
 
 fn check_work(size: usize, what: &'static str, instants: usize) -> Result<(), DiagramError> {
-    if size as f64 * size as f64 * instants as f64 > MOST_WORK {
-        return Err(DiagramError::TooLarge { size, what, instants, most: MOST_WORK });
+    if size as f64 * size as f64 * instants as f64 > MAX_WORK {
+        return Err(DiagramError::TooLarge { size, what, instants, most: MAX_WORK });
     }
     Ok(())
 }
@@ -70,24 +70,31 @@ fn check_block(block: &Block) -> Result<(), DiagramError> {
             check_matrix(name, "C", &linear.c, (outputs, n))?;
             check_matrix(name, "D", &linear.d, (outputs, inputs))?;
         }
-        Element::Sampled(Sampled { law: Law::Average { weights, .. }, .. }) => {
-            if weights.is_empty() {
-                let what = format!("the list of weights of {name}");
-                return Err(DiagramError::Shape {
-                    what,
-                    needed: "at least one".into(),
-                    found: "none".into(),
-                });
-            }
-            let weight = weights.iter().enumerate().find(|(_, weight)| !weight.is_finite());
-            if let Some((place, &found)) = weight {
-                return Err(DiagramError::NotFinite { what: format!("weight {place} of {name}"), found });
-            }
-        }
         Element::Sampled(Sampled { law: Law::FirstOrderHold { .. }, .. }) => {}
+    }
+    if let Element::Sampled(sampled) = &block.element {
+        check_weights(name, sampled)?;
     }
     check_count(name, "states", block.states.len(), block.element.states())?;
     check_count(name, "outputs", block.outputs.len(), block.element.outputs())
+}
+
+fn check_weights(name: &str, sampled: &Sampled) -> Result<(), DiagramError> {
+    let (found, needed) = (sampled.weights.len(), sampled.clock.offsets.len());
+    if found != needed {
+        let what = format!("the lists of weights of {name}");
+        return Err(DiagramError::Shape { what, needed: needed.to_string(), found: found.to_string() });
+    }
+    for weights in &sampled.weights {
+        if weights.is_empty() {
+            let what = format!("the list of weights of {name}");
+            return Err(DiagramError::Shape { what, needed: "at least one".into(), found: "none".into() });
+        }
+        if let Some((place, &found)) = weights.iter().enumerate().find(|(_, weight)| !weight.is_finite()) {
+            return Err(DiagramError::NotFinite { what: format!("weight {place} of {name}"), found });
+        }
+    }
+    Ok(())
 }
 
 fn check_matrix(
@@ -141,6 +148,16 @@ fn check_delays(diagram: &Diagram, timetable: &Timetable) -> Result<(), DiagramE
             let count = instants.count(instants.period);
             if (0..count).any(|output| instants.use_of(output) > instants.use_of(output + 1)) {
                 return Err(DiagramError::Overtaking { block: block.name.clone() });
+            }
+            let is_late = |output: i64| {
+                let last = instants.samples(output).last().map_or(i64::MIN, |(tick, _)| tick);
+                let gathers = last > instants.of(output);
+                gathers && (last >= instants.of(output + 1) || last >= instants.use_of(output))
+            };
+            if (0..count).any(is_late) {
+                let problem =
+                    "samples its input until its next instant, or its output is used before".to_owned();
+                return Err(DiagramError::Clock { block: block.name.clone(), problem });
             }
         }
     }

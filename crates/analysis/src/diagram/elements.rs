@@ -4,8 +4,9 @@ use cotouch_scene::scene::SpringDamper;
 use nalgebra::DMatrix;
 
 use super::clock::Clock;
+use super::model::{Law, Plant, Sampled};
 use super::time::Time;
-use super::{Law, Linear, Plant, Sampled};
+use crate::linear::Linear;
 use crate::loop_spec::{self, Estimate};
 
 impl From<&loop_spec::Plant> for Plant {
@@ -27,13 +28,14 @@ impl Sampled {
     #[must_use]
     pub fn new(clock: Clock, law: Law) -> Self {
         let delays = vec![Time::ZERO; clock.offsets.len()];
-        Self { clock, delays, law }
+        let weights = vec![vec![1.0]; clock.offsets.len()];
+        Self { spacing: clock.period, clock, delays, law, weights }
     }
 
-    /// The same, used `delay` after it was sampled: a computation delay, or samples on a way; whole periods or not.
+    /// The same, used `delay` later: a computation delay, or samples on a way; whole periods or not.
     #[must_use]
     pub fn after(mut self, delay: Time) -> Self {
-        self.delays = vec![delay; self.clock.offsets.len()];
+        self.delays.iter_mut().for_each(|used| *used = used.plus(delay));
         self
     }
 
@@ -46,9 +48,7 @@ impl Sampled {
     /// `y = D·u`, outputs × inputs.
     #[must_use]
     pub fn gain(clock: Clock, d: DMatrix<f64>) -> Self {
-        let (outputs, inputs) = d.shape();
-        let (a, b, c) = (DMatrix::zeros(0, 0), DMatrix::zeros(0, inputs), DMatrix::zeros(outputs, 0));
-        Self::linear(clock, Linear { a, b, c, d })
+        Self::linear(clock, Linear::gain(d))
     }
 
     /// Samples and holds (thesis (3.14)).
@@ -117,7 +117,10 @@ impl Sampled {
     /// spaced samples as there are weights, the first at the start of the period.
     #[must_use]
     pub fn average(clock: Clock, channels: usize, weights: Vec<f64>) -> Self {
-        Self::new(clock, Law::Average { channels, weights })
+        let spacing = clock.period.divided_by(weights.len() as u128).unwrap_or(clock.period);
+        let at_end = clock.period;
+        let sum = Self::zero_order_hold(clock, channels).after(at_end);
+        Self { weights: vec![weights; sum.clock.offsets.len()], spacing, ..sum }
     }
 
     /// The mean of `samples` evenly spaced samples of each period of `clock`, put out at its end.

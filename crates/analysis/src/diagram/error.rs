@@ -1,11 +1,15 @@
 //! Why a diagram has no map.
 
 use super::time::Time;
+use crate::check::SpecError;
 use crate::eigenvalues::EigenvalueError;
 
 /// Why a [`super::Diagram`] has no map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum DiagramError {
+    /// The loop that was to become a diagram is inconsistent.
+    #[error(transparent)]
+    Spec(#[from] SpecError),
     /// A wire from or to a block that is not there.
     #[error("a wire names block {index}; there are {count}")]
     UnknownBlock {

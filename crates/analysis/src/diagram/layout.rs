@@ -1,7 +1,7 @@
 //! Where each number of a diagram's state lies, and what it is called.
 
+use super::model::{Block, Diagram, Element, Law, Sampled};
 use super::timetable::Timetable;
-use super::{Block, Diagram, Element, Law, Sampled};
 
 /// The state: block by block its states, then what it put out earlier and is still held or on its way.
 #[derive(Clone, Debug)]
@@ -39,7 +39,10 @@ impl Layout {
             let ages = timetable.of(index).map_or(0, |instants| -instants.used_at(0));
             let placed = Placed { states, outputs: names.len(), ages, width: width(block) };
             for age in 1..=ages {
-                names.extend(block.outputs.iter().map(|output| format!("{output}.age{age}")));
+                match block.past_outputs.get(age as usize - 1) {
+                    Some(past) => names.extend_from_slice(past),
+                    None => names.extend(block.outputs.iter().map(|output| format!("{output}.age{age}"))),
+                }
                 if moves(block) {
                     names.extend(block.outputs.iter().map(|output| format!("{output}.slope.age{age}")));
                 }

@@ -3,8 +3,8 @@
 use std::collections::{BTreeMap, HashMap};
 
 use super::error::DiagramError;
+use super::model::{Diagram, Element, Law, Sampled};
 use super::timetable::Timetable;
-use super::{Diagram, Element, Law, Sampled};
 
 /// What puts something out at an instant, each after everything that it depends on.
 #[derive(Clone, Debug)]

@@ -9,8 +9,9 @@
 //! S_t = Σ_i A^(N−1−i)·(S + i·T·B)          because v grows by s·T from one fast period to the next
 //! ```
 //!
-//! Samples on their way are states (4.6). The sum of an averaging sampler over a slow period is one more functional of
-//! x, v and s, that is summed up in the same way.
+//! Samples on their way are states (4.6). An input that is gathered over a slow period is one more functional of x, v
+//! and s, that is summed up in the same way; the block that gathers it takes it at the start of that period, for its output is
+//! used after the end.
 
 use nalgebra::DMatrix;
 
@@ -18,8 +19,9 @@ use super::check::Checked;
 use super::error::DiagramError;
 use super::held_plant::HeldPlant;
 use super::layout::moves;
+use super::model::{Element, Law, Sampled};
 use super::timetable::Instants;
-use super::{Element, Law, Linear, Sampled};
+use crate::linear::Linear;
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> {
@@ -43,7 +45,7 @@ fn nested_periods(checked: &Checked<'_>) -> Result<Vec<i64>, DiagramError> {
         if let Some(misalignment) = instants.misalignment() {
             return Err(DiagramError::NotNested(format!("{} {misalignment}", block.name)));
         }
-        periods.extend([(instants.period, block.name.as_str()), (instants.sampling, block.name.as_str())]);
+        periods.extend([(instants.period, block.name.as_str()), (instants.spacing, block.name.as_str())]);
     }
     periods.sort_unstable();
     periods.dedup_by_key(|(period, _)| *period);
@@ -78,7 +80,7 @@ struct Part<'a> {
     values: DMatrix<f64>,
     /// The slopes of what moves.
     slopes: DMatrix<f64>,
-    /// For each averaging sampler that has started to sum: its sums over the periods of the present rate.
+    /// For each block that gathers its input: its sums over the periods of the present rate.
     sums: Vec<Vec<DMatrix<f64>>>,
 }
 
@@ -127,11 +129,12 @@ impl<'a> Part<'a> {
                     self.join_plant(index, period)
                 }
                 (Element::Sampled(sampled), Some(instants)) => {
-                    if let Law::Average { weights, .. } = &sampled.law
-                        && instants.sampling == period
-                    {
+                    if instants.gathers() && instants.spacing == period {
                         let input = self.input(index);
-                        self.sums[index] = weights.iter().map(|&weight| &input * weight).collect();
+                        let samples =
+                            instants.samples(0).map(|(_, weight)| weight).chain(std::iter::repeat(0.0));
+                        let all = (instants.period / instants.spacing) as usize;
+                        self.sums[index] = samples.take(all).map(|weight| &input * weight).collect();
                     }
                     if instants.period == period {
                         self.join_sampled(index, sampled, instants);
@@ -146,7 +149,7 @@ impl<'a> Part<'a> {
     fn period_of_plant(&self, plant: usize) -> i64 {
         let timetable = &self.checked.timetable;
         let readers = self.checked.diagram.wires.iter().filter(|wire| wire.from.0 == plant);
-        let read = readers.filter_map(|wire| timetable.of(wire.to.0)).map(|instants| instants.sampling);
+        let read = readers.filter_map(|wire| timetable.of(wire.to.0)).map(|instants| instants.spacing);
         let sources = self.checked.wires_into(plant);
         let driven = sources.filter_map(|wire| timetable.of(wire.from.0)).map(|instants| instants.period);
         read.chain(driven).min().unwrap_or(timetable.frame)
@@ -176,10 +179,10 @@ impl<'a> Part<'a> {
 
     fn join_sampled(&mut self, index: usize, sampled: &Sampled, instants: &Instants) {
         let (own, count) = (self.own_states(index), self.checked.diagram.blocks[index].element.outputs());
-        let input = self.input(index);
+        let weight: f64 = instants.samples(0).map(|(_, weight)| weight).sum();
+        let input = self.sums[index].pop().unwrap_or_else(|| self.input(index) * weight);
         let (next, output) = match &sampled.law {
             Law::Linear(Linear { a, b, c, d }) => (a * &own + b * &input, c * &own + d * &input),
-            Law::Average { .. } => (self.sums[index].pop().unwrap_or_else(|| own.clone()), own),
             Law::FirstOrderHold { .. } => {
                 let slope = (&input - &own) / sampled.clock.period.seconds();
                 (input, stacked(&own, &slope))

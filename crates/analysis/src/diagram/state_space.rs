@@ -20,18 +20,19 @@ use super::check::Checked;
 use super::error::DiagramError;
 use super::held_plant::HeldPlant;
 use super::layout::moves;
-use super::{Element, Law, Linear, Plant, Sampled};
+use super::model::{Element, Law, Plant, Sampled};
+use crate::linear::Linear;
 
 /// Numbers of y, squared, times those of y and z: some seconds of work, and less than a gigabyte.
-const MOST_WORK: f64 = 1e11;
+const MAX_WORK: f64 = 1e11;
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> {
     let mut stack = Stack::new(checked);
     let (states, unknowns) = (checked.layout.names.len(), stack.unknowns());
-    if (unknowns as f64).powi(2) * (states + unknowns) as f64 > MOST_WORK {
+    if (unknowns as f64).powi(2) * (states + unknowns) as f64 > MAX_WORK {
         let instants = checked.emissions.len();
-        return Err(DiagramError::TooLarge { size: unknowns, what: "samples", instants, most: MOST_WORK });
+        return Err(DiagramError::TooLarge { size: unknowns, what: "samples", instants, most: MAX_WORK });
     }
     let Open { outputs, next } = stack.open_loop();
     let (n, m) = outputs.columns_range_pair(..states, states..);
@@ -130,7 +131,7 @@ impl<'a> Stack<'a> {
             let count =
                 checked.timetable.of(index).map_or(0, |instants| instants.count(checked.timetable.frame));
             for age in 1..=placed.ages {
-                let rows = self.unit(self.column_of(index, count - age), placed.width);
+                let rows = self.output(index, count - age);
                 next.rows_mut(placed.output(age), placed.width).copy_from(&rows);
             }
         }
@@ -150,6 +151,23 @@ impl<'a> Stack<'a> {
         if index < 0 { placed.output(-index) } else { self.first[block] + index as usize * placed.width }
     }
 
+    /// Output `index` of a block: levels, then slopes. What was put out before the pattern may lack samples of its input.
+    fn output(&mut self, block: usize, index: i64) -> DMatrix<f64> {
+        let checked = self.checked;
+        let width = checked.layout.blocks[block].width;
+        let mut rows = self.unit(self.column_of(block, index), width);
+        if index == -1
+            && let Some(instants) = checked.timetable.of(block)
+            && let Element::Sampled(Sampled { law: Law::Linear(law), .. }) =
+                &checked.diagram.blocks[block].element
+        {
+            for (tick, weight) in instants.samples(index).filter(|(tick, _)| *tick >= 0) {
+                rows += &law.d * self.input(block, tick) * weight;
+            }
+        }
+        rows
+    }
+
     /// A block's output at an instant.
     fn signal(&mut self, block: usize, tick: i64) -> DMatrix<f64> {
         let checked = self.checked;
@@ -160,11 +178,11 @@ impl<'a> Stack<'a> {
             };
         };
         let (index, outputs) = (instants.used_at(tick), checked.diagram.blocks[block].element.outputs());
-        let column = self.column_of(block, index);
-        let mut rows = self.unit(column, outputs);
+        let both = self.output(block, index);
+        let rows = both.rows(0, outputs).into_owned();
         if moves(&checked.diagram.blocks[block]) {
             let age_s = checked.timetable.seconds(tick - instants.use_of(index));
-            rows.columns_mut(column + outputs, outputs).fill_diagonal(age_s);
+            return rows + both.rows(outputs, outputs) * age_s;
         }
         rows
     }
@@ -199,14 +217,12 @@ impl<'a> Stack<'a> {
                 let held = self.held(block, plant, to - from);
                 let level = &rest * &held.level * &wire.gain;
                 let slope = &rest * &held.slope * &wire.gain;
-                let column = self.column_of(wire.from.0, index);
+                let output = self.output(wire.from.0, index);
                 if moving {
                     let age_s = checked.timetable.seconds(from - instants.use_of(index));
-                    let mut target = rows.columns_mut(column + outputs, outputs);
-                    target += slope + &level * age_s;
+                    rows += (slope + &level * age_s) * output.rows(outputs, outputs);
                 }
-                let mut target = rows.columns_mut(column, outputs);
-                target += level;
+                rows += level * output.rows(0, outputs);
             }
         }
         self.plants.insert((block, tick), rows.clone());
@@ -221,7 +237,6 @@ impl<'a> Stack<'a> {
     fn lifted(&mut self, block: usize, sampled: &Sampled) -> Lifted {
         match &sampled.law {
             Law::Linear(linear) => self.lifted_linear(block, linear),
-            Law::Average { weights, .. } => self.lifted_average(block, weights),
             Law::FirstOrderHold { .. } => self.lifted_first_order_hold(block, sampled.clock.period.seconds()),
         }
     }
@@ -240,38 +255,24 @@ impl<'a> Stack<'a> {
     }
 
     fn lifted_linear(&mut self, block: usize, law: &Linear) -> Lifted {
+        let timetable = &self.checked.timetable;
         let mut states = self.own_states(block);
         let mut outputs = Vec::new();
-        for tick in self.instants(block) {
-            let input = self.input(block, tick);
-            outputs.push(&law.c * &states + &law.d * &input);
-            states = &law.a * states + &law.b * input;
+        let Some(instants) = timetable.of(block) else { return Lifted { outputs, states } };
+        for index in -1..instants.count(timetable.frame) {
+            let mut input = DMatrix::zeros(law.inputs(), self.columns);
+            for (tick, weight) in
+                instants.samples(index).filter(|(tick, _)| (0..timetable.frame).contains(tick))
+            {
+                input += self.input(block, tick) * weight;
+            }
+            if index >= 0 {
+                outputs.push(&law.c * &states + &law.d * &input);
+                states = &law.a * states;
+            }
+            states += &law.b * &input;
         }
         Lifted { outputs, states }
-    }
-
-    fn lifted_average(&mut self, block: usize, weights: &[f64]) -> Lifted {
-        let ticks = self.instants(block);
-        let timetable = &self.checked.timetable;
-        let (frame, (period, sampling)) = (
-            timetable.frame,
-            timetable.of(block).map_or((1, 1), |instants| (instants.period, instants.sampling)),
-        );
-        let mut sums = Vec::new();
-        for start in ticks.first().map(|first| first - period).into_iter().chain(ticks) {
-            let mut sum = DMatrix::zeros(self.checked.diagram.blocks[block].element.states(), self.columns);
-            if start < 0 {
-                sum = self.own_states(block);
-            }
-            for (&weight, tick) in weights.iter().zip((0..).map(|sample| start + sample * sampling)) {
-                if (0..frame).contains(&tick) {
-                    sum += self.input(block, tick) * weight;
-                }
-            }
-            sums.push(sum);
-        }
-        let states = sums.pop().unwrap_or_else(|| DMatrix::zeros(0, self.columns));
-        Lifted { outputs: sums, states }
     }
 
     fn lifted_first_order_hold(&mut self, block: usize, period_s: f64) -> Lifted {

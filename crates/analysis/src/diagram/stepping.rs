@@ -6,7 +6,7 @@ use nalgebra::DMatrix;
 
 use super::check::Checked;
 use super::held_plant::HeldPlant;
-use super::{Element, Law, Sampled};
+use super::model::{Element, Law};
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> DMatrix<f64> {
@@ -35,7 +35,7 @@ fn agenda(checked: &Checked<'_>) -> BTreeMap<i64, Acting> {
         acting.emitting.clone_from(&emission.blocks);
         acting.sampling.clone_from(&emission.blocks);
     }
-    for (index, block) in checked.diagram.blocks.iter().enumerate() {
+    for index in 0..checked.diagram.blocks.len() {
         let Some(instants) = timetable.of(index) else { continue };
         // Plants are stepped from one change of their inputs to the next.
         let first = instants.used_at(0);
@@ -44,13 +44,9 @@ fn agenda(checked: &Checked<'_>) -> BTreeMap<i64, Acting> {
                 agenda.entry(instants.use_of(output)).or_default();
             }
         }
-        if let Element::Sampled(Sampled { law: Law::Average { weights, .. }, .. }) = &block.element {
-            let between = (-1..instants.count(timetable.frame)).flat_map(|output| {
-                (1..weights.len() as i64).map(move |sample| instants.of(output) + sample * instants.sampling)
-            });
-            for tick in between.filter(|tick| (0..timetable.frame).contains(tick)) {
-                agenda.entry(tick).or_default().sampling.push(index);
-            }
+        let later = (-1..instants.count(timetable.frame)).flat_map(|output| instants.samples(output).skip(1));
+        for (tick, _) in later.filter(|(tick, _)| (0..timetable.frame).contains(tick)) {
+            agenda.entry(tick).or_default().sampling.push(index);
         }
     }
     agenda
@@ -167,11 +163,13 @@ impl<'a> Run<'a> {
     /// Levels; the slope of a first-order hold follows when everything is there to be sampled.
     fn emit(&mut self, block: usize) {
         let Element::Sampled(sampled) = &self.checked.diagram.blocks[block].element else { return };
-        let level = match &sampled.law {
-            Law::Linear(linear) => &linear.c * &self.states[block] + &linear.d * self.input(block),
-            Law::Average { .. } | Law::FirstOrderHold { .. } => self.states[block].clone(),
-        };
         let next = self.outputs[block].back().map_or(0, |last| last.index + 1);
+        let level = match &sampled.law {
+            Law::Linear(linear) => {
+                &linear.c * &self.states[block] + &linear.d * self.input(block) * self.weight(block, next)
+            }
+            Law::FirstOrderHold { .. } => self.states[block].clone(),
+        };
         self.outputs[block].push_back(Output { index: next, level, slope: None });
         if let Some(instants) = self.checked.timetable.of(block) {
             let used = instants.used_at(self.now);
@@ -186,11 +184,20 @@ impl<'a> Run<'a> {
         let input = self.input(block);
         let state = &self.states[block];
         let next = match &sampled.law {
-            Law::Linear(linear) => &linear.a * state + &linear.b * input,
-            Law::Average { weights, .. } => match self.place_in_period(block) {
-                0 => input * weights[0],
-                place => state + input * weights[place],
-            },
+            Law::Linear(linear) => {
+                let last = self.outputs[block].back().map_or(-1, |last| last.index);
+                let input = input * self.weight(block, last);
+                let begins = self.checked.timetable.of(block).is_some_and(|all| all.of(last) == self.now);
+                if begins {
+                    &linear.a * state + &linear.b * input
+                } else {
+                    let next = state + &linear.b * &input;
+                    if let Some(output) = self.outputs[block].back_mut() {
+                        output.level += &linear.d * input;
+                    }
+                    next
+                }
+            }
             Law::FirstOrderHold { .. } => {
                 let slope = (&input - state) / sampled.clock.period.seconds();
                 if let Some(output) = self.outputs[block].back_mut() {
@@ -202,11 +209,10 @@ impl<'a> Run<'a> {
         self.states[block] = next;
     }
 
-    /// Which of an average's samples is taken now.
-    fn place_in_period(&self, block: usize) -> usize {
-        self.checked.timetable.of(block).map_or(0, |instants| {
-            ((self.now - instants.of(0)).rem_euclid(instants.period) / instants.sampling) as usize
-        })
+    /// Of the sample that is taken now for an output.
+    fn weight(&self, block: usize, output: i64) -> f64 {
+        let samples = self.checked.timetable.of(block).map(|instants| instants.samples(output));
+        samples.into_iter().flatten().find(|(tick, _)| *tick == self.now).map_or(0.0, |(_, weight)| weight)
     }
 
     fn columns(&self) -> usize {

@@ -1,11 +1,11 @@
 //! All instants of a diagram as whole numbers of one base tick.
 
 use super::error::{DiagramError, Misfit};
+use super::model::{Diagram, Element, Law, Sampled};
 use super::time::Time;
-use super::{Diagram, Element, Law, Sampled};
 
 /// More instants in a pattern than this are refused.
-const MOST_INSTANTS: u64 = 1_000_000;
+const MAX_INSTANTS: u64 = 1_000_000;
 
 /// When everything happens.
 #[derive(Clone, Debug)]
@@ -24,8 +24,9 @@ pub(crate) struct Instants {
     pub(crate) period: i64,
     offsets: Vec<i64>,
     delays: Vec<i64>,
-    /// From one sample to the next of an average; the period for everything else.
-    pub(crate) sampling: i64,
+    weights: Vec<Vec<f64>>,
+    /// From one sample of an input to the next; the period where one is all.
+    pub(crate) spacing: i64,
 }
 
 impl Instants {
@@ -54,6 +55,18 @@ impl Instants {
             if self.use_of(middle) <= tick { oldest = middle } else { beyond = middle }
         }
         oldest
+    }
+
+    /// When the samples are taken of which the input of output `index` is the sum, and their weights.
+    pub(crate) fn samples(&self, index: i64) -> impl Iterator<Item = (i64, f64)> {
+        let list = &self.weights[index.rem_euclid(self.offsets.len() as i64) as usize];
+        let first = self.of(index);
+        list.iter().zip(0..).map(move |(&weight, place)| (first + place * self.spacing, weight))
+    }
+
+    /// Whether inputs are sums of several samples.
+    pub(crate) fn gathers(&self) -> bool {
+        self.weights.iter().any(|list| list.len() > 1)
     }
 
     /// How many outputs there are in a pattern.
@@ -97,12 +110,12 @@ impl Timetable {
                 continue;
             };
             let instants = instants(sampled, base).ok_or_else(|| no_unit(&block.name))?;
-            let each = instants.offsets.len() as u64 * (instants.period / instants.sampling) as u64;
+            let each = instants.weights.iter().map(|list| list.len() as u64).sum::<u64>();
             let periods = ticks(frame, base).unwrap_or(0) / instants.period;
             count = count.saturating_add(each.saturating_mul(periods.unsigned_abs()));
             blocks.push(Some(instants));
         }
-        if count > MOST_INSTANTS {
+        if count > MAX_INSTANTS {
             return Err(too_long());
         }
         let frame_ticks = ticks(frame, base).ok_or_else(too_long)?;
@@ -131,16 +144,15 @@ fn instants(sampled: &Sampled, base: Time) -> Option<Instants> {
         period: ticks(sampled.clock.period, base)?,
         offsets: list(&sampled.clock.offsets)?,
         delays: list(&sampled.delays)?,
-        sampling: ticks(sampling(sampled)?, base)?,
+        weights: sampled.weights.clone(),
+        spacing: ticks(spacing(sampled), base)?,
     })
 }
 
-/// From one sample to the next.
-fn sampling(sampled: &Sampled) -> Option<Time> {
-    match &sampled.law {
-        Law::Average { weights, .. } => sampled.clock.period.divided_by(weights.len() as u128),
-        Law::Linear(_) | Law::FirstOrderHold { .. } => Some(sampled.clock.period),
-    }
+/// From one sample of an input to the next.
+fn spacing(sampled: &Sampled) -> Time {
+    let gathers = sampled.weights.iter().any(|list| list.len() > 1);
+    if gathers { sampled.spacing } else { sampled.clock.period }
 }
 
 fn common_period(clocks: &[(&str, &Sampled)]) -> Option<Time> {
@@ -155,7 +167,7 @@ fn common_period(clocks: &[(&str, &Sampled)]) -> Option<Time> {
 fn base(clocks: &[(&str, &Sampled)], frame: Time) -> Result<Time, DiagramError> {
     let mut base = frame;
     for (name, sampled) in clocks {
-        let times = sampled.clock.offsets.iter().chain(&sampled.delays).copied().chain(sampling(sampled));
+        let times = sampled.clock.offsets.iter().chain(&sampled.delays).copied().chain([spacing(sampled)]);
         for time in times {
             let finer = base.common_divisor(time).filter(|base| base.is_manageable());
             base = finer.filter(|&base| ticks(frame, base).is_some()).ok_or_else(|| no_unit(name))?;
@@ -218,7 +230,7 @@ fn too_long(clocks: &[(&str, &Sampled)]) -> DiagramError {
     let worst = pairs.max_by(|a, b| instants(a.0, a.1).total_cmp(&instants(b.0, b.1)));
     let busy = |name: &str, within: Time| {
         let problem =
-            format!("has more than {MOST_INSTANTS} instants within {within}; at most as many are allowed");
+            format!("has more than {MAX_INSTANTS} instants within {within}; at most as many are allowed");
         DiagramError::Clock { block: name.to_owned(), problem }
     };
     let (slow, fast) = match worst {
@@ -229,13 +241,13 @@ fn too_long(clocks: &[(&str, &Sampled)]) -> DiagramError {
     if period(slow).in_units_of(period(fast)).is_some() {
         return busy(fast.0, period(slow));
     }
-    let ratio = (period(slow).seconds() / period(fast).seconds()).round().clamp(1.0, MOST_INSTANTS as f64);
+    let ratio = (period(slow).seconds() / period(fast).seconds()).round().clamp(1.0, MAX_INSTANTS as f64);
     DiagramError::TooLong(Box::new(Misfit {
         slow: slow.0.to_owned(),
         slow_period: period(slow),
         fast: fast.0.to_owned(),
         fast_period: period(fast),
-        most: MOST_INSTANTS,
+        most: MAX_INSTANTS,
         suggestion: period(fast).times(ratio as u64),
     }))
 }

@@ -7,18 +7,19 @@ use cotouch_scene::Scene;
 use cotouch_scene::access::with_override;
 use nalgebra::DMatrix;
 
-use super::PointVerdict;
 use super::forms::{Form, fit_points};
 use crate::compile::compile;
 use crate::discretise::Step;
 use crate::eigenvalues::spectral_radius;
 use crate::lift::layout::{Layout, Registers};
-use crate::lift::stepping::{Program, Run};
+use crate::lift::program::Program;
+use crate::lift::stepping::Run;
 use crate::loop_spec::{Dynamics, Estimate, Force, LoopSpec, Signal};
 use crate::operating_point::has_surface;
+use crate::poles::{check_size, has_outgrown, poles_of, structure};
 use crate::rigid::Structure;
-use crate::stability::{check_size, has_outgrown, is_stable, poles_of, structure};
 use crate::symmetry::{Share, split};
+use crate::verdict::{PointVerdict, is_stable};
 
 /// All contact modes of a scene, for any values of one or two keys.
 #[derive(Debug)]

@@ -1,9 +1,8 @@
 //! Where each number of a loop's state lies.
 
-use cotouch_scene::names::{Axis, Coordinate, Quantity};
+use cotouch_scene::names::Coordinate;
 
-use crate::dof::motion_quantities;
-use crate::loop_spec::{Line, LineId, LoopSpec, Signal};
+use crate::loop_spec::{LineId, LoopSpec};
 
 /// Who keeps samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,17 +33,16 @@ impl Register {
     }
 }
 
-/// What the numbers of a line's samples are.
-pub(crate) fn quantities(spec: &LoopSpec, line: &Line) -> Vec<Quantity> {
-    match &line.signal {
-        Signal::Motion(body) => motion_quantities(spec.bodies[body.0].axes).collect(),
-        Signal::Force(coupling) => {
-            Axis::ALL.into_iter().take(coupling.components).map(Quantity::Force).collect()
-        }
-    }
+/// Where a block's numbers lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PlacedBlock {
+    /// Its first state.
+    pub(crate) states: usize,
+    /// The first number of its output of age 1; older ones follow.
+    pub(crate) outputs: usize,
 }
 
-/// Where each number of the state lies: the bodies' states, then the registers.
+/// Where each number of the state lies: the bodies' states, then the registers, then each block's states and past outputs.
 #[derive(Clone, Debug)]
 pub(crate) struct Layout {
     pub(crate) coordinates: Vec<Coordinate>,
@@ -53,6 +51,7 @@ pub(crate) struct Layout {
     pub(crate) registers: Vec<Register>,
     /// The register of each line.
     pub(crate) register_of_line: Vec<usize>,
+    pub(crate) blocks: Vec<PlacedBlock>,
 }
 
 impl Layout {
@@ -79,12 +78,21 @@ impl Layout {
             register.first = coordinates.len();
             register.length = register.length.max(least);
             let line = &spec.lines[register.line.0];
-            let quantities = quantities(spec, line);
+            let quantities = spec.quantities(line);
             for age in 1..=register.length {
                 coordinates.extend(quantities.iter().map(|&quantity| line.coordinate(quantity, age)));
             }
         }
-        Self { coordinates, bodies, registers, register_of_line }
+        let mut blocks = Vec::new();
+        for block in &spec.blocks {
+            let states = coordinates.len();
+            coordinates.extend_from_slice(&block.states);
+            blocks.push(PlacedBlock { states, outputs: coordinates.len() });
+            for earlier in 0..block.past_outputs() {
+                coordinates.extend(block.outputs.iter().map(|output| output.earlier(earlier)));
+            }
+        }
+        Self { coordinates, bodies, registers, register_of_line, blocks }
     }
 }
 
@@ -104,10 +112,7 @@ fn registers(spec: &LoopSpec, kind: Registers) -> (Vec<Register>, Vec<usize>) {
             register_of_line.push(place);
         } else {
             register_of_line.push(registers.len());
-            let numbers = match &line.signal {
-                Signal::Motion(body) => 2 * spec.bodies[body.0].axes.len(),
-                Signal::Force(coupling) => coupling.components,
-            };
+            let numbers = spec.quantities(line).len();
             registers.push(Register { line: id, length, numbers, first: 0 });
         }
     }

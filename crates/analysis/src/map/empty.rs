@@ -201,18 +201,12 @@ fn growth_of(scene: &Scene, damper: &Gain) -> Option<f64> {
 /// The loop without forces that depend on positions.
 fn without_springs(mut spec: LoopSpec) -> LoopSpec {
     let axes: Vec<usize> = spec.bodies.iter().map(|body| body.axes.len()).collect();
-    let lines: Vec<Option<usize>> = spec
-        .lines
-        .iter()
-        .map(|line| match line.signal {
-            Signal::Motion(body) => Some(axes[body.0]),
-            Signal::Force(_) => None,
-        })
-        .collect();
+    let lines: Vec<Option<usize>> =
+        spec.lines.iter().map(|line| line.signal.body().map(|body| axes[body.0])).collect();
     let strip = |coupling: &mut Coupling| {
         coupling.terms.retain(|term| {
             let positions = match term.motion {
-                Motion::Ground => None,
+                Motion::Ground | Motion::Output(_) => None,
                 Motion::Current(body) => Some(axes[body.0]),
                 Motion::Held(line) => lines[line.0],
             };

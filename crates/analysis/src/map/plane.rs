@@ -3,8 +3,9 @@
 use rayon::prelude::*;
 
 use super::axis::Axis;
-use crate::evaluator::{Evaluator, PointVerdict};
+use crate::evaluator::Evaluator;
 use crate::sweep::SweepError;
+use crate::verdict::PointVerdict;
 
 /// Logarithms of spectral radii are cut off here: what lies beyond is far from 1.
 const FARTHEST: f64 = 40.0;

@@ -7,8 +7,9 @@ use cotouch_scene::{Scene, with_override};
 use super::{Found, is_stable};
 use crate::compile::compile;
 use crate::loop_spec::{Delay, Line, LoopSpec};
-use crate::stability::{AnalysisError, analyze_loop};
+use crate::poles::analyze_loop;
 use crate::sweep::SweepError;
+use crate::verdict::AnalysisError;
 
 /// The longest delay that a scene can have, network periods.
 const LONGEST: u32 = 64;

@@ -6,9 +6,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::{GainMargin, go_on};
 use crate::crossing::crossing;
-use crate::evaluator::{Evaluator, PointVerdict};
+use crate::evaluator::Evaluator;
 use crate::gains::{Gain, acting_gains};
 use crate::sweep::SweepError;
+use crate::verdict::PointVerdict;
 
 /// ln of the largest factor.
 const FARTHEST: f64 = 9.210_340_371_976_184;

@@ -30,13 +30,13 @@ use crate::compile::compile;
 use crate::crossing::crossing;
 use crate::deflate::deflate;
 use crate::eigenvalues::{EigenvalueError, balance, eigenvalues, spectral_radius};
-use crate::evaluator::PointVerdict;
 use crate::lift::layout::Layout;
 use crate::lift::stepping::lift_with_losses;
 use crate::loop_spec::{LoopSpec, Signal};
 use crate::rigid::Structure;
-use crate::stability::AnalysisError;
 use crate::sweep::SweepError;
+use crate::verdict::AnalysisError;
+use crate::verdict::PointVerdict;
 
 /// Combinations of losses are taken one by one up to so many packets a pattern.
 const MOST_PACKETS: usize = 8;

@@ -95,7 +95,7 @@ impl Part<'_> {
             for age in 1..=register.length {
                 let place = register.place(age);
                 match &self.spec.lines[register.line.0].signal {
-                    Signal::Motion(body) if self.bodies.contains(&body.0) => {
+                    Signal::Motion(body) | Signal::Position(body) if self.bodies.contains(&body.0) => {
                         for number in 0..self.spec.bodies[body.0].axes.len() {
                             vector[place + number] = moved.of(body.0, number);
                         }
@@ -105,7 +105,7 @@ impl Part<'_> {
                         moved.add_force(self.spec, coupling, &mut force);
                         vector.rows_mut(place, coupling.components).copy_from(&force);
                     }
-                    Signal::Motion(_) | Signal::Force(_) => {}
+                    Signal::Motion(_) | Signal::Position(_) | Signal::Force(_) => {}
                 }
             }
         }
@@ -128,7 +128,7 @@ impl Part<'_> {
         }
         let period_s = self.spec.schedule.control().period_s();
         for register in &self.layout.registers {
-            if let Signal::Motion(body) = self.spec.lines[register.line.0].signal
+            if let Some(body) = self.spec.lines[register.line.0].signal.body()
                 && self.bodies.contains(&body.0)
             {
                 let axes = self.spec.bodies[body.0].axes.len();
@@ -137,7 +137,9 @@ impl Part<'_> {
                     for number in 0..axes {
                         let rate = rates[places.first[body.0] + number];
                         vector[register.place(age) + number] = rate * since_s;
-                        vector[register.place(age) + axes + number] = rate;
+                        if register.numbers > axes {
+                            vector[register.place(age) + axes + number] = rate;
+                        }
                     }
                 }
             }
@@ -159,8 +161,7 @@ impl Part<'_> {
         let small = rates.amax() * NEGLIGIBLE;
         rates.apply(|rate| *rate = if rate.abs() <= small { 0.0 } else { *rate });
         let mut motion = self.moving(places, &rates)?;
-        let ticks = self.spec.schedule.ticks_per_pattern() as f64;
-        let pattern_s = ticks * self.spec.schedule.control().period_s();
+        let pattern_s = self.spec.pattern_s();
         let missing = |motion: &DVector<f64>| still * pattern_s - (map * motion - motion);
         let mut unit = DVector::zeros(size);
         let mut offsets = DMatrix::zeros(motion.len(), size);

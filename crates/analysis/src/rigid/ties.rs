@@ -1,38 +1,51 @@
 //! Which bodies belong together.
 
 use super::coasting::Coasting;
-use crate::loop_spec::{Dof, LoopSpec};
+use crate::loop_spec::{Coupling, Dof, LoopSpec, Motion};
 
-/// Groups of bodies; the last entry is the ground.
+/// Groups of bodies, and of the blocks that read them or act on them.
 pub(super) struct Ties {
-    /// For each body, one that stands nearer to the one that stands for its group.
+    /// For each body, block and the ground, one that stands nearer to the one that stands for its group.
     parent: Vec<usize>,
+    bodies: usize,
 }
 
 impl Ties {
     fn none(spec: &LoopSpec) -> Self {
-        Self { parent: (0..=spec.bodies.len()).collect() }
+        let bodies = spec.bodies.len();
+        Self { parent: (0..=bodies + spec.blocks.len()).collect(), bodies }
     }
 
     /// Bodies between which any force acts. The ground connects nothing.
     pub(super) fn parts(spec: &LoopSpec) -> Self {
         let mut parts = Self::none(spec);
         for action in &spec.actions {
-            for term in spec.coupling_of(action).into_iter().flat_map(|coupling| &coupling.terms) {
-                if let Some(body) = spec.body_of(term.motion).filter(|_| term.gain != 0.0) {
-                    parts.join(body.0, action.body.0);
-                }
+            if let Some(coupling) = spec.coupling_of(action) {
+                parts.join_what_is_read(spec, coupling, action.body.0);
             }
         }
+        for (block, node) in spec.blocks.iter().zip(spec.bodies.len()..) {
+            parts.join_what_is_read(spec, &block.input, node);
+        }
         parts
+    }
+
+    fn join_what_is_read(&mut self, spec: &LoopSpec, coupling: &Coupling, by: usize) {
+        for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
+            if let Motion::Output(block) = term.motion {
+                self.join(self.bodies + block.0, by);
+            } else if let Some(body) = spec.body_of(term.motion) {
+                self.join(body.0, by);
+            }
+        }
     }
 
     /// Bodies that stiffnesses tie together in one direction.
     pub(super) fn along(spec: &LoopSpec, axis: Dof, coasting: &[Vec<Coasting>]) -> Self {
         /// Gains that cancel but for rounding.
         const RELATIVE: f64 = 1e-13;
-        let ground = spec.bodies.len();
         let mut ties = Self::none(spec);
+        let ground = ties.parent.len() - 1;
         for (index, body) in spec.bodies.iter().enumerate() {
             let number = body.axes.iter().position(|&of_body| of_body == axis);
             if number.is_none_or(|number| coasting[index][number].still.is_none()) {
@@ -58,6 +71,14 @@ impl Ties {
                 ties.join(body, ground);
             }
         }
+        // What a block makes of a place is not looked into.
+        for term in spec.blocks.iter().flat_map(|block| &block.input.terms).filter(|term| term.gain != 0.0) {
+            if let Some(body) = spec.body_of(term.motion)
+                && spec.bodies[body.0].axes.get(term.number) == Some(&axis)
+            {
+                ties.join(body.0, ground);
+            }
+        }
         ties
     }
 
@@ -77,11 +98,10 @@ impl Ties {
         self.is_ground(self.of(body))
     }
 
-    /// All groups, without the ground.
+    /// The bodies of all groups.
     pub(super) fn groups(&self) -> Vec<Vec<usize>> {
-        let bodies = self.parent.len() - 1;
-        let mut groups = vec![Vec::new(); bodies];
-        (0..bodies).for_each(|body| groups[self.of(body)].push(body));
+        let mut groups = vec![Vec::new(); self.parent.len()];
+        (0..self.bodies).for_each(|body| groups[self.of(body)].push(body));
         groups.retain(|group| !group.is_empty());
         groups
     }

@@ -5,12 +5,13 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::slow_body::SlowBody;
+use crate::linear::Linear;
 
 /// Krylov blocks that are tried first, and by how many more each time.
-const FEWEST_BLOCKS: usize = 4;
+const MIN_BLOCKS: usize = 4;
 const MORE_BLOCKS: usize = 4;
 /// The subspace is not raised beyond so many blocks.
-const MOST_BLOCKS: usize = 32;
+const MAX_BLOCKS: usize = 32;
 /// Two subspaces are alike when all responses to impulses differ by less than this, relative to the compliance.
 const ALIKE: f64 = 1e-11;
 /// Periods after an impulse that are compared.
@@ -18,17 +19,17 @@ const COMPARED_PERIODS: usize = 96;
 /// Hankel singular values below this share of the compliance are left out: contacts cannot tell.
 const NEGLIGIBLE: f64 = 1e-13;
 /// Powers of two of the step that are summed: more periods than a session has.
-const MOST_DOUBLINGS: usize = 40;
+const MAX_DOUBLINGS: usize = 40;
 
 /// The body as seen from `points`, by Krylov subspaces of as many blocks as it takes; and whether it took no more than are
 /// tried.
 pub(super) fn by_krylov(body: &LinearBody, points: &[MaterialPoint]) -> (SlowBody, bool) {
-    let of_blocks = |blocks: usize| SlowBody::of_reduced(&body.reduced(points, blocks));
-    let mut known = of_blocks(FEWEST_BLOCKS);
-    let mut blocks = FEWEST_BLOCKS + MORE_BLOCKS;
-    while blocks <= MOST_BLOCKS {
+    let of_blocks = |blocks: usize| SlowBody::from_reduced(&body.reduced(points, blocks));
+    let mut known = of_blocks(MIN_BLOCKS);
+    let mut blocks = MIN_BLOCKS + MORE_BLOCKS;
+    while blocks <= MAX_BLOCKS {
         let finer = of_blocks(blocks);
-        if known.a.nrows() == finer.a.nrows() || are_alike(&known, &finer) {
+        if known.law.states() == finer.law.states() || are_alike(&known, &finer) {
             return (finer, true);
         }
         known = finer;
@@ -46,17 +47,17 @@ fn are_alike(one: &SlowBody, other: &SlowBody) -> bool {
 impl SlowBody {
     /// The body in its balanced coordinates (Moore 1981), without those whose Hankel singular values are negligible: what
     /// its contacts do differs by at most twice the sum of what is left out (Glover 1984), in m/N. `d` is kept exactly.
-    #[must_use]
-    pub fn balanced(&self) -> Self {
-        if self.a.nrows() == 0 || self.contacts() == 0 {
+    pub(crate) fn balanced(&self) -> Self {
+        let Linear { a, b, c, d } = &self.law;
+        if self.law.states() == 0 || self.contacts() == 0 {
             return Self { shown: None, ..self.clone() };
         }
-        let reached = gramian_factor(&self.a, &self.b);
-        let seen = gramian_factor(&self.a.transpose(), &self.c.transpose());
+        let reached = gramian_factor(a, b);
+        let seen = gramian_factor(&a.transpose(), &c.transpose());
         let Some((u, values, v)) = singular_values(&(seen.transpose() * &reached)) else {
             return self.clone();
         };
-        let largest = values.first().copied().unwrap_or(0.0).max(self.d.amax());
+        let largest = values.first().copied().unwrap_or(0.0).max(d.amax());
         let kept = values.iter().take_while(|&&value| value > NEGLIGIBLE * largest).count();
         let scale = |matrix: DMatrix<f64>| {
             DMatrix::from_fn(matrix.nrows(), kept, |row, column| {
@@ -64,20 +65,15 @@ impl SlowBody {
             })
         };
         let (right, left) = (scale(reached * v), scale(seen * u).transpose());
-        Self {
-            a: &left * &self.a * &right,
-            b: &left * &self.b,
-            c: &self.c * &right,
-            d: self.d.clone(),
-            shown: None,
-        }
+        let law = Linear { a: &left * a * &right, b: &left * b, c: c * &right, d: d.clone() };
+        Self { law, shown: None }
     }
 }
 
 /// L with `L·Lᵀ = Σ a^k·b·bᵀ·(a^k)ᵀ`, by doubling: never squared, so that small singular values keep their digits.
 fn gramian_factor(a: &DMatrix<f64>, b: &DMatrix<f64>) -> DMatrix<f64> {
     let (mut power, mut factor) = (a.clone(), b.clone());
-    for _ in 0..MOST_DOUBLINGS {
+    for _ in 0..MAX_DOUBLINGS {
         let later = &power * &factor;
         if later.norm() <= 1e-17 * factor.norm() {
             break;

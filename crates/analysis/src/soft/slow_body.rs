@@ -3,20 +3,16 @@
 use cotouch_soft::{LinearBody, MaterialPoint, ReducedBody};
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// `z⁺ = a·z + b·f`, `y⁺ = c·z + d·f`: f the forces on m contacts (3m, N, held over the period), y how far the
-/// contacts are from where they were about which the body is linear, after the step (3m, m).
+use crate::linear::Linear;
+
+/// A body over a slow period: the input is the forces on m contacts (3m, N), the output how far the contacts are from where
+/// they were about which the body is linear, after the step (3m, m).
 #[derive(Clone, Debug, PartialEq)]
-pub struct SlowBody {
-    /// n × n.
-    pub a: DMatrix<f64>,
-    /// n × 3m.
-    pub b: DMatrix<f64>,
-    /// 3m × n.
-    pub c: DMatrix<f64>,
-    /// 3m × 3m.
-    pub d: DMatrix<f64>,
+pub(crate) struct SlowBody {
+    /// n states, 3m inputs and outputs.
+    pub(crate) law: Linear,
     /// `y = shown·z` at any time, where the state says where the contacts are. 3m × n.
-    pub shown: Option<DMatrix<f64>>,
+    pub(crate) shown: Option<DMatrix<f64>>,
 }
 
 /// Why a body has no step.
@@ -26,23 +22,15 @@ pub struct SingularStep(pub usize);
 
 impl SlowBody {
     /// A body that springs to where its forces balance, with the joint compliance `w` (m/N) of its contacts.
-    #[must_use]
-    pub fn quasi_static(w: DMatrix<f64>) -> Self {
-        let size = w.nrows();
-        Self {
-            a: DMatrix::zeros(0, 0),
-            b: DMatrix::zeros(0, size),
-            c: DMatrix::zeros(size, 0),
-            d: w,
-            shown: None,
-        }
+    pub(crate) fn quasi_static(w: DMatrix<f64>) -> Self {
+        Self { law: Linear::gain(w), shown: None }
     }
 
     /// The exact step of all coordinates: displacements, then velocities of the free coordinates.
     ///
     /// # Errors
     /// When the step's matrix is singular.
-    pub fn exact(body: &LinearBody, points: &[MaterialPoint]) -> Result<Self, SingularStep> {
+    pub(crate) fn exact(body: &LinearBody, points: &[MaterialPoint]) -> Result<Self, SingularStep> {
         let (size, h) = (body.coordinates.len(), body.period_s);
         let jacobian = jacobian(body, points);
         let stiffness = dense(size, &body.stiffness);
@@ -68,11 +56,11 @@ impl SlowBody {
         right.columns_mut(size, size).copy_from(&mass);
         right.columns_mut(2 * size, jacobian.nrows()).copy_from(&(jacobian.transpose() * h));
         let velocities = constrained(matrix, gradient, right, Some(h)).ok_or(SingularStep(size))?;
-        Ok(Self::of_velocities(&velocities, &jacobian, h))
+        Ok(Self::from_velocities(&velocities, &jacobian, h))
     }
 
     /// `v⁺` as a function of q, v and f; `q⁺ = q + h·v⁺`.
-    fn of_velocities(velocities: &DMatrix<f64>, jacobian: &DMatrix<f64>, h: f64) -> Self {
+    fn from_velocities(velocities: &DMatrix<f64>, jacobian: &DMatrix<f64>, h: f64) -> Self {
         let (contacts, size) = jacobian.shape();
         let mut next = DMatrix::zeros(2 * size, 2 * size + contacts);
         next.rows_mut(0, size).copy_from(&(velocities * h));
@@ -81,12 +69,12 @@ impl SlowBody {
         let mut shown = DMatrix::zeros(contacts, 2 * size);
         shown.columns_mut(0, size).copy_from(jacobian);
         let (a, b) = (next.columns(0, 2 * size).into_owned(), next.columns(2 * size, contacts).into_owned());
-        Self { c: &shown * &a, d: &shown * &b, a, b, shown: Some(shown) }
+        let (c, d) = (&shown * &a, &shown * &b);
+        Self { law: Linear { a, b, c, d }, shown: Some(shown) }
     }
 
     /// Of a body in few coordinates: its modes, each by itself.
-    #[must_use]
-    pub fn of_reduced(body: &ReducedBody) -> Self {
+    pub(crate) fn from_reduced(body: &ReducedBody) -> Self {
         if body.quasi_static {
             return Self::quasi_static(&body.contacts * body.contacts.transpose());
         }
@@ -103,35 +91,37 @@ impl SlowBody {
                 velocities[(mode, 2 * size + contact)] = h * shapes[(contact, mode)] / step;
             }
         }
-        Self::of_velocities(&velocities, &shapes, h)
+        Self::from_velocities(&velocities, &shapes, h)
     }
 
     /// Contacts of which it has forces and displacements.
-    #[must_use]
-    pub fn contacts(&self) -> usize {
-        self.d.nrows() / 3
+    pub(crate) fn contacts(&self) -> usize {
+        self.law.outputs() / 3
     }
 
     /// The same body seen from some of its contacts only.
-    #[must_use]
-    pub fn seen_from(&self, contacts: &[usize]) -> Self {
+    pub(crate) fn seen_from(&self, contacts: &[usize]) -> Self {
         let places: Vec<usize> = contacts.iter().flat_map(|contact| 3 * contact..3 * contact + 3).collect();
+        let Linear { a, b, c, d } = &self.law;
         Self {
-            a: self.a.clone(),
-            b: self.b.select_columns(&places),
-            c: self.c.select_rows(&places),
-            d: self.d.select_rows(&places).select_columns(&places),
+            law: Linear {
+                a: a.clone(),
+                b: b.select_columns(&places),
+                c: c.select_rows(&places),
+                d: d.select_rows(&places).select_columns(&places),
+            },
             shown: self.shown.as_ref().map(|shown| shown.select_rows(&places)),
         }
     }
 
     /// How the contacts are displaced, period after period, after a unit force in the first one: `d`, `c·b`, `c·a·b`, …
     pub(crate) fn impulse_response(&self, periods: usize) -> Vec<DMatrix<f64>> {
-        let mut response = vec![self.d.clone()];
-        let mut state = self.b.clone();
+        let Linear { a, b, c, d } = &self.law;
+        let mut response = vec![d.clone()];
+        let mut state = b.clone();
         for _ in 1..periods {
-            response.push(&self.c * &state);
-            state = &self.a * state;
+            response.push(c * &state);
+            state = a * state;
         }
         response
     }

@@ -5,12 +5,15 @@ use cotouch_soft::ReducedBody;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::*;
+use super::local_laws::{Gains, law};
+use super::slow_body::SlowBody;
+use super::touched::{Finger, Touched, touched_body};
+use crate::diagram::{DiagramError, Route};
 use crate::dof::motion_quantities;
 use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::local_model::with_hand::{Hand as ArmOfPaper, hand_spectral_radius};
 use crate::local_model::{self, LocalModel, SlowLoop};
-use crate::loop_spec::{Dynamics, LINE, Plant, SPACE_POINT};
+use crate::loop_spec::{Body, Delay, Dof, Dynamics, LINE, LoopSpec, Plant, SPACE_POINT};
 
 const KO: f64 = 100.0;
 const RETURNED: [(ReturnedForce, local_model::ReturnedForce); 3] = [
@@ -27,17 +30,16 @@ fn schedule(control: &str, other: &str) -> Schedule {
     Schedule::new(control.parse().unwrap(), other.parse().unwrap()).unwrap()
 }
 
-fn hand(host: u8, axes: &'static [crate::loop_spec::Dof], plant: Plant) -> Hand {
+fn hand(host: u8, axes: &'static [Dof], plant: Plant) -> Body {
     let host = HostIndex(host);
     let states = motion_quantities(axes)
         .map(|quantity| cotouch_scene::names::Coordinate::Own { host, part: Part::HAND, quantity })
         .collect();
-    let body = Body { states, axes, dynamics: Dynamics::Plant(plant) };
-    Hand { user: host, finger: 0, slot: host.0, body, damping_n_s_per_m: 0.0 }
+    Body { states, axes, dynamics: Dynamics::Plant(plant) }
 }
 
 /// A hand that forces do not move, and that forgets where it was.
-fn still() -> Hand {
+fn still() -> Body {
     let plant = Plant {
         a: DMatrix::from_diagonal_element(2, 2, -1e6),
         b: DMatrix::zeros(2, 1),
@@ -46,38 +48,50 @@ fn still() -> Hand {
     hand(0, LINE, plant)
 }
 
+fn finger(host: u8) -> Finger {
+    Finger { user: HostIndex(host), finger: 0 }
+}
+
 /// One finger on the paper's spring.
 fn one_finger(
-    hand: Hand,
+    hand: Body,
     kind: LocalModelKind,
     gains: [f64; 2],
     period: (ReturnedForce, SurfaceHold),
-) -> SoftLoop {
-    let touch = Touch { hand: 0, way: Way::Own, force_back: None, normal: DVec3::NEG_X };
-    let compliance = DMatrix::from_diagonal_element(3, 3, KO.recip());
-    let world = World {
-        host: HostIndex::FIRST,
-        touches: vec![touch],
-        body: SlowBody::quasi_static(compliance.clone()),
-        kh_n_per_m: vec![gains[0]],
-        int_n_per_m: vec![gains[1]],
-        compliance: Some(compliance),
-    };
-    SoftLoop {
-        network: schedule("1000", "1000"),
-        slow: schedule("1000", "50"),
-        kind,
-        returned_force: period.0,
-        hold: period.1,
-        result_delay_periods: 0,
-        idle_axes: [false, true, true],
-        hands: vec![hand],
-        worlds: vec![world],
-    }
+) -> LoopSpec {
+    one_finger_after(0, hand, kind, gains, period)
 }
 
-fn radius(of: &SoftLoop) -> f64 {
-    spectral_radius(&eigenvalues(&of.lift().matrix).unwrap())
+/// The same with results that come so many periods later.
+fn one_finger_after(
+    result_delay_periods: u32,
+    hand: Body,
+    kind: LocalModelKind,
+    [kh, int]: [f64; 2],
+    (returned_force, hold): (ReturnedForce, SurfaceHold),
+) -> LoopSpec {
+    let compliance = DMatrix::from_diagonal_element(3, 3, KO.recip());
+    let gains =
+        Gains { kh_n_per_m: &[kh], int_n_per_m: &[int], normals: &[DVec3::NEG_X], compliance: &compliance };
+    let mut spec = LoopSpec::new(schedule("1000", "1000"));
+    spec.body(hand);
+    touched_body(Touched {
+        touching: vec![(0, finger(0))],
+        hosts: vec![HostIndex::FIRST],
+        delay: &|_, _| Delay::NONE,
+        slow: schedule("1000", "50"),
+        returned_force,
+        hold,
+        result_delay_periods,
+        body: &SlowBody::quasi_static(compliance.clone()),
+        law: law(kind, &gains),
+        idle_axes: [false, true, true],
+        spec,
+    })
+}
+
+fn radius(of: &LoopSpec) -> f64 {
+    spectral_radius(&eigenvalues(&of.lift().unwrap().matrix).unwrap())
 }
 
 #[test]
@@ -127,9 +141,8 @@ fn a_free_hand_gives_the_hand_on_the_local_model() {
 fn a_result_that_comes_a_period_later_is_a_delay_more() {
     // z^(1 + d) + h
     for delay in 0..4 {
-        let mut of =
-            one_finger(still(), LocalModelKind::P, [70.0, 0.0], (ReturnedForce::Mean, SurfaceHold::Zero));
-        of.result_delay_periods = delay;
+        let period = (ReturnedForce::Mean, SurfaceHold::Zero);
+        let of = one_finger_after(delay, still(), LocalModelKind::P, [70.0, 0.0], period);
         let expected = 0.7_f64.powf(1.0 / f64::from(delay + 1));
         assert!((radius(&of) - expected).abs() < 1e-9);
     }
@@ -172,7 +185,7 @@ fn three_masses() -> ReducedBody {
 #[test]
 fn a_body_steps_as_its_equations_say() {
     let body = three_masses();
-    let slow = SlowBody::of_reduced(&body);
+    let slow = SlowBody::from_reduced(&body);
     let h = body.period_s;
     let step = DMatrix::identity(3, 3) * (1.0 + h * body.mass_damping_per_s)
         + &body.stiffness * (h * body.stiffness_damping_s + h * h);
@@ -186,8 +199,8 @@ fn a_body_steps_as_its_equations_say() {
             .solve(&(&v + (body.contacts.transpose() * &force - &body.stiffness * &q) * h))
             .unwrap();
         q += &v * h;
-        let shown = &slow.c * &state + &slow.d * &force;
-        state = &slow.a * state + &slow.b * &force;
+        let shown = &slow.law.c * &state + &slow.law.d * &force;
+        state = &slow.law.a * state + &slow.law.b * &force;
         let error = (&shown - &body.contacts * &q).norm();
         assert!(error < 1e-12 && (&shown - slow.shown.as_ref().unwrap() * &state).norm() < 1e-12, "{error}");
     }
@@ -196,37 +209,68 @@ fn a_body_steps_as_its_equations_say() {
 
 #[test]
 fn balanced_coordinates_show_the_same() {
-    let slow = SlowBody::of_reduced(&three_masses());
+    let slow = SlowBody::from_reduced(&three_masses());
     for contacts in [vec![0], vec![1], vec![0, 1]] {
         let seen = slow.seen_from(&contacts);
         let balanced = seen.balanced();
-        assert!(balanced.a.nrows() <= 6);
+        assert!(balanced.law.states() <= 6);
         let (one, other) = (seen.impulse_response(200), balanced.impulse_response(200));
         let error = one.iter().zip(&other).map(|(one, other)| (one - other).amax()).fold(0.0, f64::max);
         assert!(error < 1e-13, "{error}");
     }
 }
 
-/// Two hosts and a network: the state is complete, whatever the rates.
+/// Two hosts and a network, whatever the rates: the state is complete, and routes that share nothing but the description
+/// find the same map.
 #[test]
-fn two_patterns_are_the_square_of_one() {
-    for (architecture_is_central, kind) in
-        [(false, LocalModelKind::Pi), (true, LocalModelKind::Hold), (true, LocalModelKind::Compliance)]
-    {
-        let of = two_hosts(architecture_is_central, kind);
-        let once = of.lift();
-        let layout = Layout::new(&of, Registers::PerReceiver);
-        let twice = stepping::lift_over(&of, &layout, 2 * of.ticks_per_pattern());
-        let error = (&once.matrix * &once.matrix - &twice).amax();
-        assert!(error <= 1e-12 * twice.amax(), "{kind:?}: {error}");
-        assert!(
-            (radius(&of) - spectral_radius(&eigenvalues(&of.lift_shared().matrix).unwrap())).abs() < 1e-9
-        );
+fn the_routes_agree_on_soft_bodies() {
+    for centralized in [false, true] {
+        for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
+        {
+            for (returned, _) in RETURNED {
+                for (hold, _) in HOLDS {
+                    for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
+                        let nested = rates[0] == "1200";
+                        let of = two_hosts(centralized, kind, (returned, hold), rates, nested);
+                        assert_routes_agree(
+                            &of,
+                            nested,
+                            &format!("{centralized} {kind:?} {returned:?} {hold:?}"),
+                        );
+                        let shared = of.lift_shared().unwrap().matrix;
+                        let shared = spectral_radius(&eigenvalues(&shared).unwrap());
+                        assert!((radius(&of) - shared).abs() < 1e-9, "{kind:?}");
+                    }
+                }
+            }
+        }
     }
 }
 
-fn two_hosts(centralized: bool, kind: LocalModelKind) -> SoftLoop {
-    let delay = Delay::Scheduled { periods: 1, transit_ticks: 0 };
+fn assert_routes_agree(of: &LoopSpec, nested: bool, label: &str) {
+    let expected = of.lift().unwrap();
+    for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+        match of.lift_by(route) {
+            Ok(map) => {
+                assert_eq!(map.coordinates, expected.coordinates);
+                let error = (&map.matrix - &expected.matrix).amax();
+                assert!(error <= 1e-10 * expected.matrix.amax(), "{label} {route:?}: {error}");
+            }
+            Err(DiagramError::NotNested(_)) if route == Route::Resampling && !nested => {}
+            Err(error) => panic!("{label} {route:?}: {error}"),
+        }
+    }
+    let names: Vec<_> = expected.coordinates.iter().map(ToString::to_string).collect();
+    assert_eq!(of.to_diagram().unwrap().states().unwrap(), names, "{label}");
+}
+
+fn two_hosts(
+    centralized: bool,
+    kind: LocalModelKind,
+    (returned_force, hold): (ReturnedForce, SurfaceHold),
+    [control, network, slow]: [&str; 3],
+    shows: bool,
+) -> LoopSpec {
     let plant = || {
         Plant::endpoint(
             &(glam::DMat3::IDENTITY * 0.1),
@@ -234,34 +278,33 @@ fn two_hosts(centralized: bool, kind: LocalModelKind) -> SoftLoop {
             SpringDamper { stiffness_n_per_m: 30.0, damping_n_s_per_m: 2.0 },
         )
     };
-    let hands: Vec<Hand> = (0..2).map(|host| hand(host, SPACE_POINT, plant())).collect();
-    let mut body = SlowBody::of_reduced(&three_masses());
-    body.d += DMatrix::from_diagonal_element(6, 6, 1e-3);
-    body.shown = None;
-    let world = |host: u8| World {
-        host: HostIndex(host),
-        touches: (0..2)
-            .map(|other: u8| Touch {
-                hand: usize::from(other),
-                way: if other == host { Way::Own } else { Way::Samples(delay) },
-                force_back: (centralized && other != host).then_some(delay),
-                normal: DVec3::new(0.6, 0.0, 0.8),
-            })
-            .collect(),
-        body: body.clone(),
-        kh_n_per_m: vec![80.0, 60.0],
-        int_n_per_m: vec![20.0, 15.0],
-        compliance: Some(DMatrix::from_diagonal_element(6, 6, 3e-3)),
-    };
-    SoftLoop {
-        network: schedule("1024", "100"),
-        slow: schedule("1024", "60"),
-        kind,
-        returned_force: ReturnedForce::Mean,
-        hold: SurfaceHold::First,
-        result_delay_periods: 1,
-        idle_axes: [false; 3],
-        worlds: if centralized { vec![world(0)] } else { vec![world(0), world(1)] },
-        hands,
+    let mut spec = LoopSpec::new(schedule(control, network));
+    (0..2).for_each(|host| {
+        spec.body(hand(host, SPACE_POINT, plant()));
+    });
+    let mut body = SlowBody::from_reduced(&three_masses());
+    if !shows {
+        body.law.d += DMatrix::from_diagonal_element(6, 6, 1e-3);
+        body.shown = None;
     }
+    let normal = DVec3::new(0.6, 0.0, 0.8);
+    let gains = Gains {
+        kh_n_per_m: &[80.0, 60.0],
+        int_n_per_m: &[20.0, 15.0],
+        normals: &[normal, normal],
+        compliance: &DMatrix::from_diagonal_element(6, 6, 3e-3),
+    };
+    touched_body(Touched {
+        touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
+        hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
+        delay: &|_, _| Delay::periods(1),
+        slow: schedule(control, slow),
+        returned_force,
+        hold,
+        result_delay_periods: 1,
+        body: &body,
+        law: law(kind, &gains),
+        idle_axes: [false; 3],
+        spec,
+    })
 }

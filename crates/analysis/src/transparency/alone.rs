@@ -83,7 +83,7 @@ impl crate::loop_spec::Dynamics {
 fn place(body: &Body) -> Option<(HostIndex, Part)> {
     match body.states.first()? {
         &Coordinate::Own { host, part, .. } => Some((host, part)),
-        Coordinate::Held { .. } => None,
+        _ => None,
     }
 }
 
@@ -136,6 +136,7 @@ fn restricted(spec: &LoopSpec, is_kept: impl FnMut(&Body) -> bool) -> LoopSpec {
         schedule: spec.schedule,
         bodies: kept(&is_kept).into_iter().map(|body| spec.bodies[body].clone()).collect(),
         lines: kept(&is_used).into_iter().map(|line| places.line(&spec.lines[line])).collect(),
+        blocks: Vec::new(),
         actions: actions.into_iter().map(|action| places.action(action)).collect(),
     }
 }
@@ -169,6 +170,7 @@ impl Places {
     fn line(&self, line: &Line) -> Line {
         let signal = match &line.signal {
             &Signal::Motion(body) => Signal::Motion(self.body(body)),
+            &Signal::Position(body) => Signal::Position(self.body(body)),
             Signal::Force(coupling) => Signal::Force(self.coupling(coupling)),
         };
         Line { signal, ..line.clone() }
@@ -179,6 +181,7 @@ impl Places {
             Motion::Ground => Motion::Ground,
             Motion::Current(body) => Motion::Current(self.body(body)),
             Motion::Held(line) => Motion::Held(LineId(self.lines[line.0])),
+            Motion::Output(block) => Motion::Output(block),
         };
         let term = |term: &Term| Term { motion: motion(term.motion), ..*term };
         Coupling { components: coupling.components, terms: coupling.terms.iter().map(term).collect() }

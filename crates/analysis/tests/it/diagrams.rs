@@ -57,7 +57,7 @@ fn a_hand_held_still_leaves_the_simulation_loop_of_the_paper() {
                 hand_on_local_model(still, kh, int, ko, ratio, rate("1000"), returned, SurfaceHold::Zero);
             for route in ROUTES {
                 let map = diagram.lift(route).unwrap();
-                assert_eq!(map.states, ["hand.x", "hand.v", "local_model.x1", "returned_force.x1"]);
+                assert_eq!(map.states, ["hand.x", "hand.v", "local_model.x1", "returned_force.y1.age1"]);
                 assert!((map.period_s - 1e-3 * n).abs() < 1e-15);
                 assert_has(&map.matrix, &roots(h - 1.0, i - h), 1e-9);
             }
@@ -109,7 +109,7 @@ fn the_hand_on_a_local_model_is_the_loop_written_out() {
             let diagram =
                 hand_on_local_model([mass, 0.0, 0.0], kh, int, ko, 20, rate("1000"), returned, hold);
             let map = diagram.lift(Route::StateSpace).unwrap();
-            let mut states = vec!["hand.x", "hand.v", "local_model.x1", "returned_force.x1"];
+            let mut states = vec!["hand.x", "hand.v", "local_model.x1", "returned_force.y1.age1"];
             states.extend((hold == SurfaceHold::First).then_some("surface.x1"));
             assert_eq!(map.states, states);
             for column in 0..states.len() {
@@ -180,7 +180,7 @@ fn units_change_nothing() {
                 let scale = |name: &String| match name.as_str() {
                     "hand.x" | "surface.x1" => length,
                     "hand.v" => length / time,
-                    "local_model.x1" | "returned_force.x1" => force,
+                    "local_model.x1" | "returned_force.y1.age1" => force,
                     _ => panic!("{name} is not expected"),
                 };
                 let scales: Vec<f64> = map.states.iter().map(scale).collect();
@@ -459,6 +459,7 @@ fn what_does_not_fit_together_is_refused() {
         name: "stiff".into(),
         states: vec!["s".into()],
         outputs: vec!["y".into()],
+        past_outputs: vec![],
         element: Element::Plant(plant),
     });
     assert_refused(&diagram, &["stiff", "too fast"]);

@@ -84,6 +84,7 @@ impl Simulation {
                 };
                 if quantity == Quantity::X { &mut point.x } else { &mut point.v }
             }
+            soft => panic!("{soft} is not of a rigid body"),
         }
     }
 

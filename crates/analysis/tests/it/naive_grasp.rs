@@ -414,6 +414,7 @@ impl Simulation {
         let owner = match name {
             Coordinate::Own { host, .. } => host,
             Coordinate::Held { from, .. } => from,
+            soft => panic!("{soft} is not of a rigid body"),
         };
         let rest = self.point.poses[owner.index()][0].orientation;
         let motion = self.motion(name, steps_done);
@@ -447,6 +448,7 @@ impl Simulation {
                     _ => &mut packet.object,
                 }
             }
+            soft => panic!("{soft} is not of a rigid body"),
         }
     }
 }
@@ -454,6 +456,7 @@ impl Simulation {
 fn quantity(name: Coordinate) -> Quantity {
     match name {
         Coordinate::Own { quantity, .. } | Coordinate::Held { quantity, .. } => quantity,
+        soft => panic!("{soft} is not of a rigid body"),
     }
 }
 

@@ -275,12 +275,15 @@ proptest! {
         let diagram = recipe.diagram();
         let mut doubled = diagram.clone();
         for block in &mut doubled.blocks {
-            if let Element::Sampled(Sampled { clock, delays, law: Law::Linear(_) }) = &mut block.element {
+            if let Element::Sampled(Sampled { clock, delays, weights, law: Law::Linear(_), .. }) =
+                &mut block.element
+            {
                 let period = clock.period;
                 let later = clock.offsets.iter().map(|offset| offset.plus(period)).collect::<Vec<_>>();
                 clock.offsets.extend(later);
                 clock.period = period.times(2);
                 delays.extend(delays.clone());
+                weights.extend(weights.clone());
             }
         }
         for route in [Route::Stepping, Route::StateSpace] {
@@ -303,7 +306,8 @@ proptest! {
                     plant.a /= FACTOR as f64;
                     plant.b /= FACTOR as f64;
                 }
-                Element::Sampled(Sampled { clock, delays, .. }) => {
+                Element::Sampled(Sampled { clock, delays, spacing, .. }) => {
+                    *spacing = spacing.times(FACTOR);
                     clock.period = clock.period.times(FACTOR);
                     clock.offsets.iter_mut().chain(delays).for_each(|time| *time = time.times(FACTOR));
                 }

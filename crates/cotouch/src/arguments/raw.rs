@@ -6,8 +6,8 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Sweep, SweepError};
-use cotouch_net::route::Route;
-use cotouch_runtime::transport;
+use cotouch_net::Route;
+use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
@@ -107,9 +107,6 @@ Example, in two terminals:
         /// Whom to be, a user name of the scene [default: anyone who is free]
         #[arg(long, value_name = "NAME")]
         user: Option<String>,
-        /// The device in the user's hand; `hand` is the simulated hand of the scene
-        #[arg(long, value_name = "SPEC", default_value = "hand", value_parser = ["hand"])]
-        device: String,
         #[command(flatten)]
         host: HostFlags,
     },
@@ -230,6 +227,10 @@ struct SharedFlags {
     /// Where the page is served [default: 127.0.0.1:7700]; others than this computer only where you trust the network
     #[arg(long, value_name = "ADDR")]
     serve: Option<SocketAddr>,
+    /// The device in a user's hand, NAME or NAME:PARAMETERS; `run` takes one for each user. `hand` is the simulated hand
+    /// of the scene, which is there when nothing is said
+    #[arg(long = "device", value_name = "[USER=]SPEC", value_parser = device)]
+    devices: Vec<DeviceChoice>,
     /// Impair the link: latency_s, jitter_s, loss_rate, loss_burst_packets, reorder_rate, duplicate_rate or
     /// rate_limit_bytes_per_s, one way; seeded by session.seed; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = impairment)]
@@ -620,6 +621,13 @@ fn impairment(text: &str) -> Result<Impair, String> {
     Ok(Impair { written: text.to_owned(), set })
 }
 
+/// Only of drivers that there are; whether the device is there is seen when it is opened.
+fn device(text: &str) -> Result<DeviceChoice, String> {
+    let Ok(choice) = text.parse::<DeviceChoice>();
+    cotouch_device::driver(&choice.spec).map_err(|error| error.to_string())?;
+    Ok(choice)
+}
+
 fn duration(text: &str) -> Result<f64, String> {
     let seconds: f64 = text.parse().map_err(|_| "a number of seconds is needed".to_owned())?;
     if seconds > 0.0 && seconds <= LONGEST_DURATION_S {
@@ -641,7 +649,7 @@ impl Flags {
             Some(Subcommands::Serve { scene, listen, host }) => {
                 Command::Serve { scene, listen, host: host.lift() }
             }
-            Some(Subcommands::Join { server, user, device: _, host }) => {
+            Some(Subcommands::Join { server, user, host }) => {
                 Command::Join { server, user, host: host.lift() }
             }
             Some(Subcommands::Probe { serve: Some(ProbeServe::Serve { listen }), .. }) => {
@@ -808,6 +816,6 @@ impl SharedFlags {
         let usual = || DEFAULT_VIEWER.parse().expect("an address and a port");
         let viewer = self.serve.or_else(|| (!no_page).then(usual));
         let impair = self.impair.into_iter().map(|impair| impair.set).collect();
-        Host { duration_s, while_watched: false, recording, viewer, impair }
+        Host { duration_s, while_watched: false, recording, viewer, impair, devices: self.devices }
     }
 }

@@ -1,13 +1,22 @@
 //! What the analysis says about a scene, in words.
 
-use cotouch_analysis::stability::{Stability, Switching};
+use cotouch_analysis::stability::{self, Stability, Switching};
 use cotouch_runtime::summary::Predicted;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Rates};
 
-/// The analysis's verdict on `scene`.
-pub(super) fn analyze(scene: &Scene) -> anyhow::Result<Stability> {
-    Ok(cotouch_analysis::stability::analyze(scene)?)
+use crate::failure::Failure;
+
+/// What the analysis says; nothing, and a note, where the loop is too large for it.
+pub(super) fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
+    match stability::analyze(scene) {
+        Ok(stability) => Ok(Some(stability)),
+        Err(error) if error.is_too_large() => {
+            eprintln!("note: no prediction: {error}");
+            Ok(None)
+        }
+        Err(error) => Err(Failure::Running(error.into())),
+    }
 }
 
 /// The part of it that a run is held to.

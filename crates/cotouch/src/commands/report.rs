@@ -42,6 +42,9 @@ pub(super) fn text(summary: &Summary) -> String {
             });
             row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J{active}"));
         }
+        if let Some(faults) = &user.device_faults {
+            row("device", format!("{} failed at {} ticks: {}", user.name, faults.ticks, faults.last));
+        }
     }
     if let Some(file) = &summary.recording {
         row("recording", file.clone());

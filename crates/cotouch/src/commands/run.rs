@@ -3,11 +3,10 @@
 use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
-use cotouch_analysis::stability::{self, Stability};
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::summary::{Predicted, Summary};
-use cotouch_runtime::{real_time, transport};
+use cotouch_runtime::{DeviceChoice, real_time, transport};
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
@@ -28,12 +27,14 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         // The simulated link takes its impairment from the scene.
         let overrides = [overrides, &run.host.impair].concat();
         let scene = cotouch_scene::load(&run.scene, &overrides)?;
+        check_users(&scene, &run.host.devices)?;
         let predicted = predict(&scene, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop)?;
         return conclude(&scene, summary, predicted, output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
+    check_users(&scene, &run.host.devices)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
     let live = session::start_local(&scene, &plan)?;
@@ -49,6 +50,7 @@ pub(super) fn serve(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
+    check_no_users(&host.devices)?;
     let scene = load_realisable(name, overrides)?;
     let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
@@ -70,6 +72,7 @@ pub(super) fn join(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
+    check_no_users(&host.devices)?;
     let server = resolve(server)?;
     warn_about_the_network(server);
     let plan = plan(host, "joined", impairment(&host.impair)?)?;
@@ -80,6 +83,31 @@ pub(super) fn join(
 
 fn base(scene: &str, overrides: &[Override]) -> Base {
     Base { scene: scene.to_owned(), overrides: overrides.to_vec() }
+}
+
+/// Refuses a device for somebody who does not take part.
+fn check_users(scene: &Scene, devices: &[DeviceChoice]) -> Result<(), Failure> {
+    let names: Vec<&str> =
+        scene.users[..usize::from(scene.session.users)].iter().map(|user| user.name.as_str()).collect();
+    let named = devices.iter().filter_map(|choice| choice.user.as_deref());
+    match named.into_iter().find(|user| !names.contains(user)) {
+        Some(user) => Err(Failure::usage(format!(
+            "--device {user}=…: the users of {} are {}",
+            scene.name,
+            names.join(", ")
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Refuses devices for users by name where a process has one user.
+fn check_no_users(devices: &[DeviceChoice]) -> Result<(), Failure> {
+    match devices.iter().find_map(|choice| choice.user.as_deref()) {
+        Some(user) => Err(Failure::usage(format!(
+            "--device {user}=…: one user has this host; --device SPEC says it all"
+        ))),
+        None => Ok(()),
+    }
 }
 
 /// The prediction is of the scene that began; a session whose settings were changed on the page is predicted anew.
@@ -96,7 +124,7 @@ fn finish(
     let predicted = if scene == *began_with {
         predicted
     } else {
-        analyze(&on_this_network(&scene, plan))?.as_ref().map(prediction::predicted)
+        prediction::analyze(&on_this_network(&scene, plan))?.as_ref().map(prediction::predicted)
     };
     conclude(&scene, summary, predicted, output)
 }
@@ -122,24 +150,12 @@ fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure>
 /// Says what will run and what the analysis says about it.
 fn predict(scene: &Scene, output: &Output) -> Result<Option<Predicted>, Failure> {
     output.say(format_args!("{}: {}", scene.name, prediction::who_and_how(scene)));
-    let Some(stability) = analyze(scene)? else { return Ok(None) };
+    let Some(stability) = prediction::analyze(scene)? else { return Ok(None) };
     output.say(format_args!("predicted: {}", prediction::verdict(&stability)));
     for warning in &stability.warnings {
         output.say(format_args!("note: {warning}"));
     }
     Ok(Some(prediction::predicted(&stability)))
-}
-
-/// What the analysis says; nothing, and a note, where the loop is too large for it.
-fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
-    match stability::analyze(scene) {
-        Ok(stability) => Ok(Some(stability)),
-        Err(error) if error.is_too_large() => {
-            eprintln!("note: no prediction: {error}");
-            Ok(None)
-        }
-        Err(error) => Err(Failure::Running(error.into())),
-    }
 }
 
 fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan, Failure> {
@@ -151,8 +167,8 @@ fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan
     if let Some(file) = &recording {
         make_folder_of(file)?;
     }
-    let Host { duration_s, while_watched, viewer, .. } = *host;
-    Ok(Plan { duration_s, while_watched, recording, impairment, viewer })
+    let Host { duration_s, while_watched, viewer, ref devices, .. } = *host;
+    Ok(Plan { duration_s, while_watched, recording, impairment, viewer, devices: devices.clone() })
 }
 
 /// `recordings/SCENE-TIME.mcap`, with TIME as in 20261122T101500Z.

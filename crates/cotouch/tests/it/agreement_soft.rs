@@ -6,16 +6,17 @@
 use std::sync::Arc;
 
 use crate::support::{assert_nothing_acted, visit};
-use cotouch_analysis::soft::{SoftCoordinate, SoftLoop, compile_unreduced};
-use cotouch_device::user::SimulatedUser;
+use cotouch_analysis::loop_spec::LoopSpec;
+use cotouch_analysis::soft::compile_unreduced;
+use cotouch_device::SimulatedUser;
 use cotouch_host::soft::SlowFrame;
-use cotouch_runtime::slow::{SlowPort, simulation_of};
-use cotouch_runtime::station::Station;
+use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_scene::names::HostIndex;
+use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::parse;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::MaterialPoint;
+use cotouch_testkit::scenes::local_model_kinds;
 
 type Session = VirtualSession<SimulatedUser>;
 
@@ -75,7 +76,7 @@ fn spring(settings: &[&str]) -> Scene {
 /// A session about rest, at an instant where the pattern begins.
 struct Probe {
     scene: Scene,
-    of: SoftLoop,
+    of: LoopSpec,
     session: Session,
     tick: u64,
     /// Of every finger slot.
@@ -87,38 +88,32 @@ struct Probe {
 impl Probe {
     fn at_rest(scene: &Scene) -> Self {
         let of = compile_unreduced(scene).unwrap();
-        let simulation = simulation_of(scene).unwrap().unwrap();
-        let free = simulation.body().linear().unwrap().coordinates;
-        let hosts = &of.worlds;
-        let mut session = VirtualSession::new(scene, |host| {
-            let station = Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None);
-            if hosts.iter().any(|world| world.host == host) {
-                station.with_soft(SlowPort::inline(scene, simulation.clone()))
-            } else {
-                station
-            }
-        });
+        let user = |host| (SimulatedUser::new(scene, host).unwrap(), None);
+        let mut session = VirtualSession::with_devices(scene, user).unwrap();
         let settled = (1.5 * scene.rates.control_hz.hz()) as u64;
         let tick = settled.next_multiple_of(of.ticks_per_pattern());
         assert!(session.run_to_tick(tick, |_, _| {}), "the hosts did not join");
-        let contacts = &session.hosts()[0].station.state.host.soft.contacts;
+        let station = &session.hosts()[0].station;
+        let simulation = station.soft().and_then(SlowPort::simulation).unwrap();
+        let free = simulation.body().linear().unwrap().coordinates;
+        let contacts = &station.state.host.soft.contacts;
         let anchors = contacts.iter().map(|contact| contact.anchor).collect();
         Self { scene: scene.clone(), of, session, tick, anchors, free }
     }
 
     /// One column of the map by a central difference.
-    fn column(&self, moved: SoftCoordinate, coordinates: &[SoftCoordinate]) -> Vec<f64> {
+    fn column(&self, moved: Coordinate, coordinates: &[Coordinate]) -> Vec<f64> {
         let above = self.run_moved(moved, STEP, coordinates);
         let below = self.run_moved(moved, -STEP, coordinates);
         above.iter().zip(below).map(|(above, below)| (above - below) / (2.0 * STEP)).collect()
     }
 
-    fn run_moved(&self, moved: SoftCoordinate, by: f64, coordinates: &[SoftCoordinate]) -> Vec<f64> {
+    fn run_moved(&self, moved: Coordinate, by: f64, coordinates: &[Coordinate]) -> Vec<f64> {
         let mut session = self.session.fork();
         self.visit(&mut session, moved, self.tick, &mut |value| *value += by);
         let end = self.tick + self.of.ticks_per_pattern();
         session.run_to_tick(end, assert_nothing_acted);
-        let read = |coordinate: &SoftCoordinate| {
+        let read = |coordinate: &Coordinate| {
             let mut found = 0.0;
             self.visit(&mut session, *coordinate, end, &mut |value| found = *value);
             found
@@ -127,28 +122,22 @@ impl Probe {
     }
 
     /// Reads or writes a number wherever it is at the instant of `tick`.
-    fn visit(
-        &self,
-        session: &mut Session,
-        coordinate: SoftCoordinate,
-        tick: u64,
-        act: &mut dyn FnMut(&mut f64),
-    ) {
+    fn visit(&self, session: &mut Session, coordinate: Coordinate, tick: u64, act: &mut dyn FnMut(&mut f64)) {
         match coordinate {
-            SoftCoordinate::Named(name) => assert!(visit(session, name, tick, act), "{name} is nowhere"),
-            SoftCoordinate::Integral { host, slot } => {
+            Coordinate::Integral { host, slot } => {
                 let soft = &mut session.host_mut(host).station.state.host.soft;
                 act(&mut soft.contacts[usize::from(slot)].integral_n);
             }
-            SoftCoordinate::Body { host, index } => self.visit_body(session, host, index as usize, act),
-            SoftCoordinate::Surface { host, age, slot, axis } => {
+            Coordinate::SoftBody { host, index } => self.visit_body(session, host, index as usize, act),
+            Coordinate::Surface { host, age, slot, axis } => {
                 self.visit_surface(frame(session, host, age), usize::from(slot), axis.index(), act);
             }
-            SoftCoordinate::SteppedForce { host, age, slot, axis } => {
+            Coordinate::SteppedForce { host, age, slot, axis } => {
                 let frame = frame(session, host, age);
                 let place = frame.slots.iter().position(|&known| known == slot).unwrap();
                 act(&mut frame.forces_n[place][axis.index()]);
             }
+            name => assert!(visit(session, name, tick, act), "{name} is nowhere"),
         }
     }
 
@@ -200,7 +189,7 @@ impl Probe {
     }
 
     fn assert_agreement(&self, label: &str) {
-        let map = self.of.lift();
+        let map = self.of.lift().unwrap();
         let norm = map.matrix.norm();
         assert!(norm > 1.0, "{label}: a map without content agrees with anything");
         for (column, &coordinate) in map.coordinates.iter().enumerate() {
@@ -268,7 +257,7 @@ fn assert_agreement(scene: &Scene, label: &str) {
 
 #[test]
 fn one_finger_on_the_papers_spring() {
-    for kind in ["hold", "p", "pi", "compliance"] {
+    for kind in local_model_kinds() {
         for returned in ["first", "mean", "last"] {
             for hold in ["zero", "first"] {
                 for delay in ["0", "1"] {

@@ -4,10 +4,9 @@
 //! `cargo test` gives each scene some seconds of virtual time. An hour each, on all cores:
 //! `cargo test --release -p cotouch --test it soak -- --ignored --nocapture`
 
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::slow::{self, SlowPort};
-use cotouch_runtime::station::Station;
+use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::scene::{Action, DeviceKind, Scene, Space};
 use cotouch_scene::{builtin, load};
@@ -111,15 +110,8 @@ fn assert_sound(name: &str, scene: &Scene, record: &TickRecord) {
 
 fn soak(name: &str, seed: u64, seconds: f64) {
     let scene = with_random_hands(load(name, &[]).unwrap(), seed, seconds);
-    let simulation = slow::simulation_of(&scene).unwrap();
-    let mut session = VirtualSession::new(&scene, |host| {
-        let user = SimulatedUser::of_scene(&scene, host).unwrap();
-        let station = Station::new(&scene, host, user, None);
-        match simulation.clone().filter(|_| slow::is_simulated_at(&scene, host)) {
-            Some(simulation) => station.with_soft(SlowPort::inline(&scene, simulation)),
-            None => station,
-        }
-    });
+    let user = |host| (SimulatedUser::new(&scene, host).unwrap(), None);
+    let mut session = VirtualSession::with_devices(&scene, user).unwrap();
     // Quarters of mean energy, looked at ten times a second.
     let looks = (10.0 * seconds) as u64;
     let mut quarters = [0.0; 4];

@@ -2,9 +2,7 @@
 
 use cotouch_analysis::local_model::step::Step;
 use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
-use cotouch_device::device::{DeviceLimits, IdealDevice};
-use cotouch_runtime::slow::{self, SlowPort};
-use cotouch_runtime::station::Station;
+use cotouch_device::{Device, TrajectoryDevice};
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
@@ -12,37 +10,32 @@ use cotouch_scene::scene::{Scene, Shape, ShapeKind};
 use cotouch_testkit::built_in;
 use glam::DVec3;
 
-/// A session whose users each have one finger, led from outside.
-fn led(scene: &Scene) -> VirtualSession<IdealDevice> {
-    let simulation = slow::simulation_of(scene).unwrap();
-    VirtualSession::new(scene, |host| {
-        let mut device = IdealDevice::new("led", DeviceLimits::POINT);
-        device.set_reading(Reading::point(start(scene, host), DVec3::ZERO));
-        let station = Station::new(scene, host, device, None);
-        match &simulation {
-            Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation.clone())),
-            None => station,
-        }
-    })
+/// A session whose users each have one finger, on the trajectory (s to m) that `path` gives the user.
+fn on_paths<F>(scene: &Scene, mut path: impl FnMut(HostIndex) -> F) -> VirtualSession<impl Device>
+where
+    F: Fn(f64) -> DVec3 + Send,
+{
+    let session = VirtualSession::with_devices(scene, |host| {
+        let path = path(host);
+        let reading = move |time_s| [Reading::point(path(time_s), DVec3::ZERO)].into_iter().collect();
+        (TrajectoryDevice::new(scene.rates.control_hz, reading), None)
+    });
+    session.unwrap()
 }
 
 fn start(scene: &Scene, host: HostIndex) -> DVec3 {
     scene.users[host.index()].fingers[0].position_m
 }
 
-fn lead(session: &mut VirtualSession<IdealDevice>, host: HostIndex, to: DVec3) {
-    session.host_mut(host).station.device.set_reading(Reading::point(to, DVec3::ZERO));
-}
-
 /// What each tick of one slow step of the hand asks the device to render, N along x; the hand steps at the beginning of a
 /// slow period, from just touching.
 fn step_response(scene: &Scene, input_m: f64, seconds: f64) -> Vec<f64> {
     let touching = DVec3::NEG_X * scene.hand.finger_radius_m;
-    let mut session = led(scene);
-    lead(&mut session, HostIndex::FIRST, touching);
     let begin = scene.slow_schedule().tick_of_step(20);
+    let begin_s = scene.rates.control_hz.instant(begin).as_secs_f64();
+    let step = move |time_s| if time_s < begin_s { 0.0 } else { input_m };
+    let mut session = on_paths(scene, |_| move |time_s| touching + DVec3::X * step(time_s));
     assert!(session.run_to_tick(begin, |_, _| {}));
-    lead(&mut session, HostIndex::FIRST, touching + DVec3::X * input_m);
     let mut forces = Vec::new();
     let end = begin + (seconds * scene.rates.control_hz.hz()) as u64;
     session.run_to_tick(end, |_, record| forces.push(record.requested[0].force.x));
@@ -82,25 +75,24 @@ fn the_step_responses_of_figs_7_8_and_9_come_out_of_the_running_spring() {
     }
 }
 
-/// The force on ben's finger, which rests in the balloon, while anna's is at `anna`, N.
+/// The force on ben's finger, which comes to press the balloon, when anna's has gone to `anna`, N.
 fn felt_by_ben(scene: &Scene, anna: DVec3) -> DVec3 {
     let ben = HostIndex(1);
-    let mut session = led(scene);
     let depth = 0.004;
-    assert!(session.run_to_tick(512, |_, _| {}));
     let (from_anna, from_ben) = (start(scene, HostIndex::FIRST), start(scene, ben));
     let touching = from_ben - DVec3::X * (from_ben.x - 0.06 - scene.hand.finger_radius_m + depth);
+    let period_s = scene.rates.control_hz.period_s();
+    let mut session = on_paths(scene, |host| {
+        let (from, to) = if host == ben { (from_ben, touching) } else { (from_anna, anna) };
+        move |time_s| from.lerp(to, ((time_s / period_s - 512.0) / 1024.0).clamp(0.0, 1.0))
+    });
     let mut force = DVec3::ZERO;
-    for tick in 0..3072_u32 {
-        let share = (f64::from(tick) / 1024.0).min(1.0);
-        lead(&mut session, HostIndex::FIRST, from_anna.lerp(anna, share));
-        lead(&mut session, ben, from_ben.lerp(touching, share));
-        session.run_to_tick(513 + u64::from(tick), |host, record| {
-            if host == ben {
-                force = record.requested[0].force;
-            }
-        });
-    }
+    let joined = session.run_to_tick(512 + 3072, |host, record| {
+        if host == ben {
+            force = record.requested[0].force;
+        }
+    });
+    assert!(joined);
     force
 }
 

@@ -1,9 +1,8 @@
 //! A virtual session whose state can be read and written by the names of its coordinates.
 
 use cotouch_analysis::lift::LiftedMap;
-use cotouch_device::acted::Acted;
-use cotouch_device::user::SimulatedUser;
-use cotouch_net::wire;
+use cotouch_device::{Acted, SimulatedUser};
+use cotouch_net::{decode_state, encode_state};
 use cotouch_runtime::record::TickRecord;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
@@ -48,7 +47,7 @@ impl Probe {
     /// As [`at_rest`](Self::at_rest), after so many seconds.
     pub(crate) fn after(scene: &Scene, seconds: f64) -> Self {
         let mut session = VirtualSession::new(scene, |host| {
-            Station::new(scene, host, SimulatedUser::of_scene(scene, host).unwrap(), None)
+            Station::new(scene, host, SimulatedUser::new(scene, host).unwrap(), None)
         });
         let ticks_per_pattern = scene.schedule().ticks_per_pattern();
         let settled = (seconds * scene.rates.control_hz.hz()) as u64;
@@ -143,6 +142,8 @@ pub(crate) fn visit(
             let at_host = visit_host(session, host, coordinate, tick, act);
             at_host || visit_in_flight(session, coordinate, tick, act)
         }
+        // What a soft body has; see its own test.
+        _ => false,
     }
 }
 
@@ -196,13 +197,13 @@ fn visit_in_flight(
     let sampled = model.schedule.last_step_at(tick) - u64::from(age);
     let mut found = false;
     for (_, bytes) in session.link_mut(from, host).in_flight_mut() {
-        let Ok((header, time, mut packet)) = wire::decode_state(bytes) else { continue };
+        let Ok((header, time, mut packet)) = decode_state(bytes) else { continue };
         if packet.step == sampled {
             cotouch_host::coordinates::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
                 found = true;
                 act(place);
             });
-            wire::encode_state(header.session, from, time, &packet, bytes).unwrap();
+            encode_state(header.session, from, time, &packet, bytes).unwrap();
         }
     }
     found

@@ -6,7 +6,7 @@ use cotouch_scene::geometry::Pose;
 use cotouch_scene::scene::Action;
 use glam::DVec3;
 
-use super::{FingerPath, Script, ScriptState, TRANSITION_S, Touch};
+use super::model::{FingerPath, Script, ScriptState, TRANSITION_S, Touch};
 use crate::target::{Progress, Target, Transition};
 
 impl Script {
@@ -130,9 +130,9 @@ impl Script {
                 | Action::CarryTo { duration_s, .. }
                 | Action::Lift { duration_s, .. }
                 | Action::LetGo { duration_s, .. }),
-            ) => Target::shifted(anchor, shift, Progress::of_least_jerk(elapsed_s, duration_s)),
+            ) => Target::shifted(anchor, shift, Progress::minimum_jerk(elapsed_s, duration_s)),
             Some(&Action::Turn { angle_rad, duration_s }) => {
-                let progress = Progress::of_least_jerk(elapsed_s, duration_s);
+                let progress = Progress::minimum_jerk(elapsed_s, duration_s);
                 Target::turned(anchor, state.centre, angle_rad, progress)
             }
             _ => Target::at(anchor),
@@ -150,7 +150,7 @@ impl Script {
             }
             Action::Push { force_n, duration_s } => {
                 let fade_s = TRANSITION_S.min(0.5 * duration_s);
-                let faded = |s: f64| Progress::of_least_jerk(s, fade_s).way;
+                let faded = |s: f64| Progress::minimum_jerk(s, fade_s).way;
                 let share = faded(elapsed_s).min(faded(duration_s - elapsed_s));
                 force_n * (share / state.fingers.len() as f64)
             }

@@ -3,9 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use crate::support::{ARM, POINT, scene_of};
-use cotouch_device::device::Device;
-use cotouch_device::finger::FingerState;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, FingerState, SimulatedUser};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::mechanism::{Mechanism, Placed, endpoint_inertia};
 use cotouch_scene::names::HostIndex;
@@ -24,7 +22,7 @@ fn on(device: DeviceSpec, hand: Hand, actions: &[Action]) -> Scene {
 }
 
 fn user(scene: &Scene) -> SimulatedUser {
-    SimulatedUser::of_scene(scene, HostIndex::FIRST).unwrap()
+    SimulatedUser::new(scene, HostIndex::FIRST).unwrap()
 }
 
 fn tick(user: &mut SimulatedUser, tick: u64, force: DVec3) -> Reading {

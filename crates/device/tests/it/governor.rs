@@ -1,8 +1,9 @@
 //! The governor against everything that can come in.
 
-use cotouch_device::acted::{Acted, LimitWatch};
-use cotouch_device::device::DeviceLimits;
-use cotouch_device::governor::{Fault, Governor, GovernorInput, GovernorOutput, GovernorState, Phase};
+use cotouch_device::{
+    Acted, DeviceLimits, Governor, GovernorFault, GovernorInput, GovernorOutput, GovernorPhase,
+    GovernorState, LimitWatch,
+};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::scene::GovernorLimits;
 use cotouch_scene::time::{LocalTime, Rate};
@@ -29,7 +30,7 @@ fn governor(limits: &GovernorLimits) -> Governor {
 
 fn opened(governor: &Governor) -> GovernorState {
     let mut state = governor.start();
-    while state.phase != Phase::Open {
+    while state.phase != GovernorPhase::Open {
         govern(governor, &mut state, 0.0);
     }
     state
@@ -107,7 +108,7 @@ fn a_stop_fades_out_from_the_present_force_whatever_is_requested() {
     }
     assert_eq!(last, 0.0);
     assert!(state.is_released());
-    assert_eq!(state.fault, Some(Fault::RequestNotFinite), "garbage is noticed in a release too");
+    assert_eq!(state.fault, Some(GovernorFault::RequestNotFinite), "garbage is noticed in a release too");
 }
 
 #[test]
@@ -126,7 +127,7 @@ fn a_lost_link_comes_back_through_a_soft_start() {
         assert!((force - last).abs() < 1.51 * 6.0 / 31.0);
         last = force;
     }
-    assert_eq!((last, state.phase), (6.0, Phase::Open));
+    assert_eq!((last, state.phase), (6.0, GovernorPhase::Open));
 }
 
 #[test]
@@ -138,7 +139,7 @@ fn a_fault_stays_until_it_is_cleared() {
     for _ in 0..1000 {
         govern(&governor, &mut state, 5.0);
     }
-    assert!(state.is_released() && state.fault == Some(Fault::ReadingNotFinite));
+    assert!(state.is_released() && state.fault == Some(GovernorFault::ReadingNotFinite));
     state.clear_fault();
     for _ in 0..60 {
         govern(&governor, &mut state, 5.0);

@@ -3,9 +3,10 @@
 use std::sync::{Arc, Mutex};
 
 use crate::support::{ARM, POINT, TRACKING, scene_of, scene_with_box};
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::guided::{FADE_S, Guide, GuidedUser, REACH_M, STOP_S, Targets, guided_scene, spring};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{
+    Device, Guide, GuidedUser, POINTER_FADE_S, POINTER_REACH_M, POINTER_STOP_S, SimulatedUser, Targets,
+    WorldView, guided_scene, pointer_spring,
+};
 use cotouch_scene::geometry::{Pose, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, Scene, Space};
@@ -33,7 +34,7 @@ impl Guide for Pointer {
 
 fn guided(scene: &Scene) -> (GuidedUser<Pointer>, Pointer) {
     let pointer = Pointer::default();
-    (GuidedUser::of_scene(scene, HostIndex::FIRST, pointer.clone()).unwrap(), pointer)
+    (GuidedUser::new(scene, HostIndex::FIRST, pointer.clone()).unwrap(), pointer)
 }
 
 /// One tick of a user who sees a body at the origin and feels a damper of 2 N·s/m.
@@ -89,7 +90,7 @@ fn without_a_pointer_it_is_the_simulated_user_to_the_bit() {
     };
     for device in [POINT, pantograph] {
         scene.device = device;
-        let mut plain = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+        let mut plain = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
         let (mut guided, _pointer) = guided(&scene);
         for user in [&mut plain as &mut dyn Device, &mut guided] {
             user.start(3);
@@ -99,7 +100,7 @@ fn without_a_pointer_it_is_the_simulated_user_to_the_bit() {
             assert_eq!(tick(&mut plain, number), tick(&mut guided, number));
         }
         assert_eq!(plain.state(), guided.user().state());
-        assert!(guided.drawn_to().is_empty());
+        assert!(guided.pointer_targets().is_empty());
     }
 }
 
@@ -111,11 +112,11 @@ fn fingers_go_where_the_pointer_says() {
     let readings = user.read(1500).unwrap();
     assert!((readings[0].pose.position - DVec3::X * 0.05).length() < 1e-6, "{readings:?}");
     assert!((readings[1].pose.position - DVec3::X * 0.1).length() < 1e-12, "nobody said where to");
-    let drawn = user.drawn_to();
+    let drawn = user.pointer_targets();
     assert!((drawn[0] - DVec3::X * 0.05).length() < 1e-6 && drawn.len() == 2, "{drawn:?}");
     pointer.leave();
     user.read(1500).unwrap();
-    assert!(user.drawn_to().is_empty());
+    assert!(user.pointer_targets().is_empty());
 }
 
 #[test]
@@ -129,7 +130,7 @@ fn a_pointer_that_speaks_in_steps_moves_its_target_smoothly() {
             pointer.at(&[DVec3::X * place]);
         }
         tick(&mut user, number);
-        places.push(user.drawn_to()[0].x);
+        places.push(user.pointer_targets()[0].x);
     }
     let speed = |pair: &[f64]| (pair[1] - pair[0]) * 1000.0;
     let speeds: Vec<f64> = places.windows(2).map(speed).collect();
@@ -167,7 +168,7 @@ fn taking_and_leaving_do_not_jump() {
         let from_tick = run.len() - 3;
         pointer.at(&[]);
         run.extend(velocities(&mut user, 700..1000));
-        pointer.at(&[DVec3::X * (user.drawn_to()[0].x + 0.02)]);
+        pointer.at(&[DVec3::X * (user.pointer_targets()[0].x + 0.02)]);
         run.extend(velocities(&mut user, 1000..2000));
         pointer.leave();
         // Back in the middle of stopping, and in the middle of fading.
@@ -211,7 +212,7 @@ fn after_leaving_the_hand_comes_to_rest_and_its_script_begins_anew() {
     pointer.at(&[DVec3::X * -0.05]);
     velocities(&mut user, 2000..4000);
     pointer.leave();
-    let gone = 4001 + ((STOP_S + FADE_S) * 1000.0) as u64;
+    let gone = 4001 + ((POINTER_STOP_S + POINTER_FADE_S) * 1000.0) as u64;
     velocities(&mut user, 4000..gone);
     let state = user.user().state();
     assert_eq!((state.scripts[0].action, state.tick), (0, gone));
@@ -234,7 +235,7 @@ fn what_is_not_a_place_is_not_heeded_and_what_is_far_is_brought_near() {
     }
     pointer.at(&[DVec3::X * f64::MAX]);
     velocities(&mut user, 1800..14_000);
-    assert!((user.user().states()[0].position.x - REACH_M).abs() < 1e-3);
+    assert!((user.user().states()[0].position.x - POINTER_REACH_M).abs() < 1e-3);
 }
 
 #[test]
@@ -249,7 +250,7 @@ fn a_target_beyond_the_stops_waits_at_them() {
     let model = user.user().model().fingers()[0].clone();
     let placed = model.device().unwrap();
     let stop = placed.mechanism.workspace().nearest(DVec3::splat(5.0) + placed.offset) - placed.offset;
-    let drawn = user.drawn_to()[0];
+    let drawn = user.pointer_targets()[0];
     assert!((drawn - stop).truncate().length() < 1e-6, "{drawn} {stop}");
     // Pushed firmly against the stops, it would take long to come back.
     pointer.at(&[model.rest()]);
@@ -268,7 +269,7 @@ fn a_pointer_speaks_of_the_world_that_the_user_has_come_to() {
     velocities(&mut user, 100..1600);
     let shown = user.read(1600).unwrap()[0].pose.position;
     assert!((shown - DVec3::X * 2.1).length() < 1e-6, "{shown}");
-    assert!((user.drawn_to()[0] - DVec3::X * 2.1).length() < 1e-6);
+    assert!((user.pointer_targets()[0] - DVec3::X * 2.1).length() < 1e-6);
 }
 
 #[test]
@@ -277,7 +278,7 @@ fn the_analysis_is_told_of_the_spring() {
     let second = HostIndex(1);
     let guided = guided_scene(&scene, &[second]);
     assert_eq!(guided.users[0], scene.users[0]);
-    assert_eq!(guided.users[1].tracking, spring(&scene, second));
+    assert_eq!(guided.users[1].tracking, pointer_spring(&scene, second));
     assert!(guided.users[1].tracking.stiffness_n_per_m > 0.0);
     assert!(guided.users[1].script.iter().any(Action::tracks));
     for name in ["single-axis", "single-axis-centralized", "grasp", "sinusoid", "push-wall", "four-hands"] {
@@ -315,7 +316,10 @@ fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
         pulls.push((after - before) * 1000.0 * ARM.mass_kg + arm_n - load.force.x);
     }
     assert!((pulls[999] - 1.0).abs() < 0.003, "the spring carries the load: {} N", pulls[999]);
-    let (stopped, gone) = (1000 + (STOP_S * 1000.0) as usize, 1000 + ((STOP_S + FADE_S) * 1000.0) as usize);
+    let (stopped, gone) = (
+        1000 + (POINTER_STOP_S * 1000.0) as usize,
+        1000 + ((POINTER_STOP_S + POINTER_FADE_S) * 1000.0) as usize,
+    );
     assert!((pulls[stopped - 2] - 1.0).abs() < 0.003);
     assert!(pulls[gone + 2].abs() < 0.01, "nothing pulls any more: {} N", pulls[gone + 2]);
     // 1 N within 0.3 s by the path of least jerk: at most 6 N/s, and what the damper adds.

@@ -1,5 +1,6 @@
 //! What `cotouch-device` promises from outside, in one program.
 
+mod conformance;
 mod devices;
 mod governor;
 mod guided;

@@ -3,12 +3,10 @@
 use std::hint::black_box;
 
 use crate::support::{POINT, scene_with_box};
-use cotouch_device::acted::LimitWatch;
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput};
-use cotouch_device::guided::{Guide, GuidedUser, Targets};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{
+    Device, Governor, GovernorInput, Guide, GuidedUser, LimitWatch, PortEnergy, SimulatedUser, Targets,
+    WorldView,
+};
 use cotouch_scene::geometry::{Pose, Reading, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, GovernorLimits, Space, VelocityEstimate};
@@ -60,8 +58,8 @@ fn a_tick_allocates_nothing() {
         inertia: true,
         ..POINT
     };
-    let mut user = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
-    let mut guided = GuidedUser::of_scene(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
+    let mut user = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
+    let mut guided = GuidedUser::new(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
     let limits = GovernorLimits {
         passivity_control: false,
         max_force_n: 8.0,
@@ -95,7 +93,7 @@ fn a_tick_allocates_nothing() {
             guided.observe(&WorldView { bodies: &[Pose::default()] });
             let pull = |reading: &Reading| Wrench::force(reading.pose.position * -50.0);
             guided.write(&readings.iter().map(pull).collect::<Wrenches>()).unwrap();
-            drawn |= !guided.drawn_to().is_empty();
+            drawn |= !guided.pointer_targets().is_empty();
         }
     });
     black_box((&states, &port, &watch));

@@ -1,10 +1,6 @@
 //! The passivity observer and controller at a finger that presses against springs.
 
-use cotouch_device::acted::Acted;
-use cotouch_device::device::DeviceLimits;
-use cotouch_device::energy::PortEnergy;
-use cotouch_device::governor::{Governor, GovernorInput};
-use cotouch_device::plant::Plant;
+use cotouch_device::{Acted, DeviceLimits, Governor, GovernorInput, PortEnergy, SecondOrderPlant};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::scene::GovernorLimits;
 use cotouch_scene::time::Rate;
@@ -15,7 +11,7 @@ const MASS_KG: f64 = 0.1;
 /// A hand without damping of its own that flies into `spring`, which renders a force (N) at a place (m).
 struct Flight {
     governor: Governor,
-    plant: Plant,
+    plant: SecondOrderPlant,
     spring: fn(f64) -> f64,
 }
 
@@ -41,7 +37,7 @@ impl Flight {
         let control: Rate = "1000".parse().unwrap();
         Self {
             governor: Governor::new(&limits, DeviceLimits::NONE, control),
-            plant: Plant::new(MASS_KG, 0.0, 0.0, control.period_s()),
+            plant: SecondOrderPlant::new(MASS_KG, 0.0, 0.0, control.period_s()),
             spring,
         }
     }

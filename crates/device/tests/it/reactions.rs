@@ -1,9 +1,7 @@
 //! What simulated users do about what they feel and see.
 
 use crate::support::{TRACKING, scene_of, scene_with_box, tick};
-use cotouch_device::script::{Drive, Script, ScriptState, Touch};
-use cotouch_device::target::Target;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Drive, Script, ScriptState, SimulatedUser, Target, Touch};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Scene, Space};
@@ -22,7 +20,7 @@ fn hold(duration_s: f64) -> Action {
 }
 
 fn user(scene: &Scene) -> SimulatedUser {
-    SimulatedUser::of_scene(scene, HostIndex::FIRST).unwrap()
+    SimulatedUser::new(scene, HostIndex::FIRST).unwrap()
 }
 
 /// A stiff box that moves at `velocity`, pressed on across x.
@@ -76,7 +74,7 @@ fn a_grasp_closes_until_the_force_is_there_and_keeps_it() {
 fn fingers_go_at_the_side_that_they_are_at_as_the_box_is_turned() {
     let starts = [DVec3::new(-0.1, 0.01, 0.0), DVec3::new(0.02, 0.2, 0.0)];
     let scene = scene_with_box(Space::Plane, &[grasp(1.0)], &starts, SIZE);
-    let script = Script::of_scene(&scene, HostIndex::FIRST, None);
+    let script = Script::new(&scene, HostIndex::FIRST, None);
     let approaches = |pose: Pose| {
         let state = script.begin(0, &touches(&starts), &[pose]);
         [state.fingers[0].approach, state.fingers[1].approach]
@@ -90,8 +88,7 @@ fn fingers_go_at_the_side_that_they_are_at_as_the_box_is_turned() {
     }
     let mut scene = scene;
     scene.bodies[0].shape.kind = cotouch_scene::scene::ShapeKind::Ball;
-    let state =
-        Script::of_scene(&scene, HostIndex::FIRST, None).begin(0, &touches(&starts), &[Pose::default()]);
+    let state = Script::new(&scene, HostIndex::FIRST, None).begin(0, &touches(&starts), &[Pose::default()]);
     assert!((state.fingers[1].approach + starts[1].normalize()).length() < 1e-15, "a ball: to its centre");
 }
 
@@ -167,7 +164,7 @@ fn a_hand_over_ends_when_half_of_the_load_is_gone() {
     let actions = [hold(1.0), Action::HandOver { duration_s: 4.0 }, hold(1.0)];
     let mut scene = scene_with_box(Space::Space, &actions, &SIDES, SIZE);
     scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
-    let script = Script::of_scene(&scene, HostIndex::FIRST, None);
+    let script = Script::new(&scene, HostIndex::FIRST, None);
     let run = |relieved_at: u64| {
         let mut touches = touches(&SIDES);
         let mut state = script.begin(0, &touches, &[Pose::default()]);
@@ -184,7 +181,7 @@ fn a_hand_over_ends_when_half_of_the_load_is_gone() {
     assert!(ended.abs_diff(expected) <= 2, "{ended} {expected}");
     assert_eq!(run(9000), Some(5000), "nobody takes it");
     scene.gravity_m_per_s2 = DVec3::ZERO;
-    let weightless = Script::of_scene(&scene, HostIndex::FIRST, None);
+    let weightless = Script::new(&scene, HostIndex::FIRST, None);
     let mut state = weightless.begin(0, &touches(&SIDES), &[]);
     let ended = (0..10_000).find(|&k| {
         weightless.drive(&mut state, k, &touches(&SIDES), &[]);
@@ -197,7 +194,7 @@ fn a_hand_over_ends_when_half_of_the_load_is_gone() {
 fn people_wait_for_the_same_instant() {
     let actions =
         [hold(0.3), Action::WaitUntil { until_s: 0.75 }, Action::WaitUntil { until_s: 0.2 }, hold(1.0)];
-    let script = Script::of_scene(&scene_of(&actions, &[DVec3::ZERO]), HostIndex::FIRST, None);
+    let script = Script::new(&scene_of(&actions, &[DVec3::ZERO]), HostIndex::FIRST, None);
     let mut state = script.begin(100, &touches(&[DVec3::ZERO]), &[]);
     for k in 100..2000 {
         script.drive(&mut state, k, &touches(&[DVec3::ZERO]), &[]);
@@ -215,8 +212,7 @@ fn people_wait_for_the_same_instant() {
 fn a_push_is_shared_and_fades() {
     let force_n = DVec3::new(3.0, -1.0, 0.0);
     let actions = [Action::Push { force_n, duration_s: 1.0 }, hold(1.0)];
-    let script =
-        Script::of_scene(&scene_with_box(Space::Plane, &actions, &SIDES, SIZE), HostIndex::FIRST, None);
+    let script = Script::new(&scene_with_box(Space::Plane, &actions, &SIDES, SIZE), HostIndex::FIRST, None);
     let mut state = script.begin(0, &touches(&SIDES), &[]);
     let mut last = DVec3::ZERO;
     for k in 0..1500 {
@@ -252,7 +248,7 @@ fn several_fingers_reach_alike_and_one_may_have_its_own_script() {
 
 #[test]
 fn a_moved_user_sees_and_acts_in_the_moved_world() {
-    use cotouch_device::device::Device;
+    use cotouch_device::Device;
     let scene = scene_with_box(Space::Plane, &[grasp(2.0), hold(10.0)], &SIDES, SIZE);
     let (mut there, mut moved) = (user(&scene), user(&scene));
     let by = DVec3::new(0.25, 0.5, 0.0);
@@ -318,7 +314,7 @@ proptest! {
         let mut scene = scene_with_box(Space::Space, &actions, &SIDES, SIZE);
         scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
         scene.users[0].repeat = true;
-        let script = Script::of_scene(&scene, HostIndex::FIRST, None);
+        let script = Script::new(&scene, HostIndex::FIRST, None);
         let pose = |k: u64| Pose {
             position: places[k as usize / 97 % 20].0 * 0.1,
             orientation: DQuat::from_scaled_axis(places[k as usize / 97 % 20].1 * 5.0),

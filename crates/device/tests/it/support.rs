@@ -1,7 +1,6 @@
 //! Scenes for tests.
 
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, SimulatedUser, WorldView};
 use cotouch_scene::geometry::{Pose, Wrenches};
 use cotouch_scene::scene::{
     Action, Body, DeviceKind, DeviceSpec, Finger, Hand, Scene, ShapeKind, Space, SpringDamper,

@@ -3,10 +3,7 @@
 use std::f64::consts::TAU;
 
 use crate::support::{ARM, TRACKING, scene_of};
-use cotouch_device::device::{Device, DeviceError};
-use cotouch_device::plant::Plant;
-use cotouch_device::script::{Script, Touch};
-use cotouch_device::user::{MOST_TICKS_AHEAD, SimulatedUser};
+use cotouch_device::{Device, DeviceError, MAX_TICKS_AHEAD, Script, SecondOrderPlant, SimulatedUser, Touch};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Hand, Scene, Space};
@@ -20,11 +17,11 @@ fn scene(arm: &Hand, actions: &[Action], repeat: bool) -> Scene {
 }
 
 fn script(actions: &[Action], repeat: bool) -> Script {
-    Script::of_scene(&scene(&ARM, actions, repeat), HostIndex::FIRST, None)
+    Script::new(&scene(&ARM, actions, repeat), HostIndex::FIRST, None)
 }
 
 fn hand_of(arm: &Hand, actions: &[Action], repeat: bool) -> SimulatedUser {
-    SimulatedUser::of_scene(&scene(arm, actions, repeat), HostIndex::FIRST).unwrap()
+    SimulatedUser::new(&scene(arm, actions, repeat), HostIndex::FIRST).unwrap()
 }
 
 /// Positions along x at ticks 0, 1, … under no device force.
@@ -216,7 +213,7 @@ fn skipped_ticks_are_ticks_with_the_last_force_held() {
     assert_eq!(skipping.state(), steady.state());
     let past = skipping.read(59).unwrap_err();
     assert!(matches!(past, DeviceError::TickOutOfReach { asked: 59, at: 60, .. }), "{past}");
-    assert!(skipping.read(61 + MOST_TICKS_AHEAD).is_err());
+    assert!(skipping.read(61 + MAX_TICKS_AHEAD).is_err());
     assert!(skipping.write(&[Wrench::force(DVec3::NAN)]).is_err());
     assert_eq!(skipping.state(), steady.state(), "a refused force does not move the hand");
 }
@@ -242,7 +239,7 @@ fn in_space_every_axis_is_the_line() {
     let to_m = DVec3::new(0.1, 0.2, -0.3);
     let mut scene = scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false);
     scene.space = Space::Space;
-    let mut free = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+    let mut free = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     let mut lines: Vec<SimulatedUser> =
         to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
     let forces = DVec3::new(1.0, -2.0, 0.5);
@@ -262,7 +259,7 @@ fn in_a_plane_nothing_leaves_it() {
     let mut scene = scene(&ARM, &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false);
     scene.space = Space::Plane;
     scene.users[0].fingers[0].position_m = DVec3::new(0.1, 0.2, 0.3);
-    let mut hand = SimulatedUser::of_scene(&scene, HostIndex::FIRST).unwrap();
+    let mut hand = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     for tick in 0..500 {
         let position = hand.read(tick).unwrap()[0].pose.position;
         assert_eq!(position.z, 0.3);
@@ -275,7 +272,7 @@ fn in_a_plane_nothing_leaves_it() {
 fn on_a_line_one_finger_is_the_plant_to_the_bit() {
     let arm = Hand { stiffness_n_per_m: 30.0, ..ARM };
     let mut hand = hand_of(&arm, &[push(0.7, 10.0)], false);
-    let plant = Plant::new(0.25, 5.0, 30.0, 1e-3);
+    let plant = SecondOrderPlant::new(0.25, 5.0, 30.0, 1e-3);
     let (mut x, mut v) = (0.0, 0.0);
     for tick in 0..3000 {
         let reading = hand.read(tick).unwrap()[0];
@@ -288,7 +285,7 @@ fn on_a_line_one_finger_is_the_plant_to_the_bit() {
 
 #[test]
 fn impossible_hands_are_refused() {
-    let user = |arm: Hand| SimulatedUser::of_scene(&scene(&arm, &[], false), HostIndex::FIRST).map(|_| ());
+    let user = |arm: Hand| SimulatedUser::new(&scene(&arm, &[], false), HostIndex::FIRST).map(|_| ());
     let massless = user(Hand { mass_kg: 0.0, ..ARM }).unwrap_err();
     assert!(massless.to_string().contains("found 0 kg"), "{massless}");
     assert!(user(Hand { stiffness_n_per_m: f64::NAN, ..ARM }).is_err());

@@ -1,7 +1,6 @@
 //! Hosts that exchange packets hand to hand, without protocol, clocks or sockets.
 
-use cotouch_device::device::{Device, WorldView};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, SimulatedUser, WorldView};
 use cotouch_host::model::HostModel;
 use cotouch_host::output::TickOutput;
 use cotouch_host::state::HostState;
@@ -27,7 +26,7 @@ impl Hand2Hand {
         for (model, state) in models.iter().zip(&mut states) {
             model.host.others(model.users).for_each(|peer| state.set_present(peer, true));
         }
-        let hands = scene.hosts().map(|host| SimulatedUser::of_scene(scene, host).unwrap()).collect();
+        let hands = scene.hosts().map(|host| SimulatedUser::new(scene, host).unwrap()).collect();
         Self { models, states, hands, tick: 0 }
     }
 

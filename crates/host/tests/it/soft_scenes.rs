@@ -2,11 +2,12 @@
 
 use crate::common::Rig;
 use cotouch_host::soft::SlowInput;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::Scene;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_testkit::built_in;
+use cotouch_testkit::scenes::local_model_kinds;
 use glam::DVec3;
 
 /// Where a finger is: outside, `depth_m` deep, or between.
@@ -90,7 +91,7 @@ fn press(tick: u32) -> f64 {
 #[test]
 fn every_scene_is_pressed_and_let_go() {
     for name in ["spring", "soft-block", "balloon", "organ"] {
-        for kind in ["hold", "p", "pi", "compliance"] {
+        for kind in local_model_kinds() {
             // A body that swings takes a softer integral than one without inertia.
             let overrides = [
                 format!("local_model.kind={kind}"),

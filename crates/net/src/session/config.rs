@@ -5,8 +5,10 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut, Scene};
 use cotouch_scene::time::{Rate, SessionTime};
 
-use super::MILLISECOND;
 use crate::text::MAX_TEXT_BYTES;
+
+/// A millisecond, ns.
+pub(super) const MILLISECOND: i64 = 1_000_000;
 
 /// When tick 0 is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

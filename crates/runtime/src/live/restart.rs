@@ -8,16 +8,16 @@ use std::time::Duration;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
 
-use super::{ChangeError, Changed, Shared, Starter};
+use super::shared::{ChangeError, Changed, Shared, Starter};
 use crate::clock;
-use crate::real_time::StartError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
+use crate::start_error::StartError;
 
 /// How often the watcher looks, and for how long a world that has left all bounds stays to be seen: twice as long each
 /// time that the same settings end so again, since every session has a recording of its own.
 const WATCH_PERIOD: Duration = Duration::from_millis(100);
 const DIVERGED_STAYS_NS: i64 = 1_500_000_000;
-const MOST_DOUBLINGS: u32 = 6;
+const MAX_DOUBLINGS: u32 = 6;
 
 impl Shared {
     /// Runs `scene`, which a real network can play, from now on.
@@ -172,7 +172,7 @@ impl Shared {
     }
 
     fn diverged_stays_ns(&self) -> i64 {
-        DIVERGED_STAYS_NS << self.present().begun_anew.min(MOST_DOUBLINGS)
+        DIVERGED_STAYS_NS << self.present().begun_anew.min(MAX_DOUBLINGS)
     }
 
     fn begin_anew_after(&self, generation: u32) {

@@ -1,8 +1,8 @@
 //! From messages back to items. Bytes come from outside: whatever they are, the answer is an item or an error.
 
-use arrayvec::ArrayVec;
+use arrayvec::{ArrayString, ArrayVec};
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
-use cotouch_net::packet::{ChannelVectors, Entry, StatePacket};
+use cotouch_net::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::MAX_CHANNEL_VECTORS;
 use cotouch_scene::names::HostIndex;
@@ -11,18 +11,21 @@ use cotouch_world::{BodyState, Phase};
 use glam::{DQuat, DVec3};
 use prost::Message;
 
-use super::{Stream, types};
-use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+use super::stream::Stream;
+use super::types;
+use crate::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 
 /// Why bytes are no message of their stream.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum MalformedMessage {
     #[error("bytes that are no protobuf message of its type ({0})")]
     Protobuf(#[from] prost::DecodeError),
-    #[error("{found} {what}, where at most {most} are allowed")]
-    TooMany { what: &'static str, found: usize, most: usize },
-    #[error("{what} {found}, where {least} to {most} are allowed")]
-    OutOfRange { what: &'static str, found: u64, least: u64, most: u64 },
+    #[error("{found} {what}, where at most {max} are allowed")]
+    TooMany { what: &'static str, found: usize, max: usize },
+    #[error("{what} of {found} bytes, where at most {max} are allowed")]
+    TooLong { what: &'static str, found: usize, max: usize },
+    #[error("{what} {found}, where {least} to {max} are allowed")]
+    OutOfRange { what: &'static str, found: u64, least: u64, max: u64 },
     #[error("{0}")]
     Missing(&'static str),
 }
@@ -190,7 +193,16 @@ fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {
             RecordKind::Changed(scene.ok_or(MalformedMessage::Missing("a change without a scene"))?)
         }
         Kind::Skipped => RecordKind::Note(Note::Skipped { ticks: count()? }),
-        Kind::DeviceFault => RecordKind::Note(Note::DeviceFault),
+        Kind::DeviceFault => {
+            let reason = message.reason.unwrap_or_default();
+            RecordKind::Note(Note::DeviceFault(text("a device's reason", &reason)?))
+        }
+        Kind::Device => {
+            let device = message.device.ok_or(MalformedMessage::Missing("a device that is not told"))?;
+            let types::Device { name, max_force_n, max_torque_n_m } = device;
+            let name = text("a device's name", &name)?;
+            RecordKind::Device(DeviceRecord { name, max_force_n, max_torque_n_m })
+        }
         Kind::Diverged => RecordKind::Note(Note::Diverged),
         Kind::Dropped => RecordKind::Note(Note::Dropped { items: count()? }),
         Kind::Ended => {
@@ -201,12 +213,17 @@ fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {
     Ok((message.tick, kind))
 }
 
-fn array<T, const MOST: usize>(
+fn text<const MAX: usize>(what: &'static str, text: &str) -> Result<ArrayString<MAX>, MalformedMessage> {
+    let found = text.len();
+    ArrayString::from(text).map_err(|_| MalformedMessage::TooLong { what, found, max: MAX })
+}
+
+fn array<T, const MAX: usize>(
     what: &'static str,
     elements: impl ExactSizeIterator<Item = T>,
-) -> Result<ArrayVec<T, MOST>, MalformedMessage> {
-    if elements.len() > MOST {
-        return Err(MalformedMessage::TooMany { what, found: elements.len(), most: MOST });
+) -> Result<ArrayVec<T, MAX>, MalformedMessage> {
+    if elements.len() > MAX {
+        return Err(MalformedMessage::TooMany { what, found: elements.len(), max: MAX });
     }
     Ok(elements.collect())
 }
@@ -215,18 +232,18 @@ fn array<T, const MOST: usize>(
 fn host(number: u32) -> Result<HostIndex, MalformedMessage> {
     let index = number.checked_sub(1).and_then(|index| u8::try_from(index).ok());
     let error =
-        MalformedMessage::OutOfRange { what: "host number", found: number.into(), least: 1, most: 256 };
+        MalformedMessage::OutOfRange { what: "host number", found: number.into(), least: 1, max: 256 };
     index.map(HostIndex).ok_or(error)
 }
 
 fn byte(what: &'static str, number: u32) -> Result<u8, MalformedMessage> {
-    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 0, most: 255 };
+    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 0, max: 255 };
     u8::try_from(number).map_err(|_| error)
 }
 
 /// Fingers, bodies, corners and walls are counted from 1 in recordings.
 fn from_1(what: &'static str, number: u32) -> Result<u8, MalformedMessage> {
-    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 1, most: 256 };
+    let error = MalformedMessage::OutOfRange { what, found: number.into(), least: 1, max: 256 };
     number.checked_sub(1).and_then(|index| u8::try_from(index).ok()).ok_or(error)
 }
 

@@ -1,14 +1,15 @@
 //! From items to messages.
 
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 use prost::Message;
 
-use super::{Stream, types};
+use super::stream::Stream;
+use super::types;
 use crate::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 
 /// Appends `item` as a message to `bytes`; which stream it belongs to.
@@ -39,6 +40,7 @@ pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
         | RecordKind::Adopt
         | RecordKind::Release
         | RecordKind::Changed(_)
+        | RecordKind::Device(_)
         | RecordKind::Note(_) => {
             append(&event(tick, &item.kind), bytes);
             Stream::Events
@@ -181,6 +183,14 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
         RecordKind::Changed(scene_toml) => Some(scene_toml.clone()),
         _ => None,
     };
+    let device = match kind {
+        RecordKind::Device(device) => Some(types::Device {
+            name: device.name.to_string(),
+            max_force_n: device.max_force_n,
+            max_torque_n_m: device.max_torque_n_m,
+        }),
+        _ => None,
+    };
     let (kind, text, peer, count, reason) = match kind {
         RecordKind::Presence { peer, present: true } => {
             (Kind::PeerCame, format!("{peer} came"), Some(*peer), None, None)
@@ -195,6 +205,9 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
         RecordKind::Changed(_) => {
             (Kind::Changed, "the settings of the session have changed".to_owned(), None, None, None)
         }
+        RecordKind::Device(device) => {
+            (Kind::Device, format!("the device is {}", device.name), None, None, None)
+        }
         RecordKind::Note(note) => note_parts(note),
         RecordKind::Received { .. }
         | RecordKind::Sent { .. }
@@ -204,7 +217,8 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
             unreachable!("encode sends these to their own streams")
         }
     };
-    types::Event { tick, kind: kind.into(), text, peer_host: peer.map(number), count, reason, scene_toml }
+    let (kind, peer_host) = (kind.into(), peer.map(number));
+    types::Event { tick, kind, text, peer_host, count, reason, scene_toml, device }
 }
 
 type EventParts = (types::event::Kind, String, Option<HostIndex>, Option<u64>, Option<String>);
@@ -215,8 +229,9 @@ fn note_parts(note: &Note) -> EventParts {
         Note::Skipped { ticks } => {
             (Kind::Skipped, format!("late: {ticks} ticks skipped"), None, Some(*ticks), None)
         }
-        Note::DeviceFault => {
-            (Kind::DeviceFault, "the device could not be read or written".to_owned(), None, None, None)
+        Note::DeviceFault(reason) => {
+            let text = format!("the device could not be read or written: {reason}");
+            (Kind::DeviceFault, text, None, None, Some(reason.to_string()))
         }
         Note::Diverged => (Kind::Diverged, "the world left all bounds".to_owned(), None, None, None),
         Note::Dropped { items } => {

@@ -8,10 +8,10 @@
 //! only at its peaks. And 20 µJ, a third of a millimetre across a coupler of 400 N/m, because a knock, such as a box
 //! that is set down, rings for long enough to be in the median of so short a time.
 
-use cotouch_device::acted::{Acted, LimitWatch};
+use cotouch_device::{Acted, LimitWatch};
 use cotouch_scene::time::Schedule;
 
-use super::{CORNER_HZ, grows_over, median};
+use super::growth::{CORNER_HZ, grows_over, median};
 use crate::snapshot::Lately;
 
 /// A stretch holds whole swings of the energy of whatever is faster than the corner, s.
@@ -21,7 +21,7 @@ const SECOND: usize = (1.0 / STRETCH_S) as usize;
 const HALF_SECOND: usize = SECOND / 2;
 const KEPT: usize = 2 * SECOND;
 /// Limits that act for a larger share of a second count, however briefly each time.
-const MOST_LIMITED: f64 = 0.1;
+const MAX_LIMITED: f64 = 0.1;
 /// An oscillation energy below this is not called unstable, J.
 const LEAST_ENERGY_J: f64 = 20e-6;
 
@@ -95,7 +95,7 @@ impl LatelyMonitor {
         let last = || (0..SECOND).map(|back| self.newest(back));
         let limited_ticks: u32 = last().map(|stretch| stretch.limited_ticks).sum();
         let all_ticks = f64::from(self.ticks_per_stretch) * SECOND as f64;
-        last().any(|stretch| stretch.limited_for_long) || f64::from(limited_ticks) > MOST_LIMITED * all_ticks
+        last().any(|stretch| stretch.limited_for_long) || f64::from(limited_ticks) > MAX_LIMITED * all_ticks
     }
 }
 

@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use mcap::records::op;
 
-use super::RecordingError;
+use super::error::RecordingError;
 use super::fields::FromFields;
 
 /// Longest record, chunks included, bytes. A recorder's chunks hold half a megabyte and one item more.

@@ -2,18 +2,19 @@
 
 use std::collections::BTreeMap;
 use std::io::Read;
+use std::sync::Arc;
 
-use cotouch_device::device::{Device, DeviceError, DeviceLimits};
+use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, HeldWrenches};
 use cotouch_host::soft::SlowLoop;
 use cotouch_scene::SceneErrors;
-use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::SoftError;
 use glam::DVec3;
 
-use super::{Comparison, Difference, TickDifference};
+use super::comparison::{Comparison, Difference, TickDifference};
 use crate::change::HostChange;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 use crate::recording::{RecordingError, RecordingReader};
@@ -46,7 +47,7 @@ pub enum ReplayError {
     /// A changed scene in it does not read, or is not one that the session could change to.
     #[error("the scene that the recording changes to at tick {tick} cannot be used: {why}")]
     Change {
-        /// The tick.
+        /// The tick before which it changes.
         tick: u64,
         /// What is wrong with it.
         why: String,
@@ -54,7 +55,7 @@ pub enum ReplayError {
     /// It speaks of a host that its scene does not have.
     #[error("the recording speaks of {host}; its scene has {users} hosts")]
     Host {
-        /// The host.
+        /// The host that the scene lacks.
         host: HostIndex,
         /// Hosts of the scene.
         users: u8,
@@ -80,7 +81,12 @@ pub fn replay<R: Read>(
         if host.0 >= users {
             return Err(ReplayError::Host { host, users });
         }
-        let begin = || Resimulated::new(&scene, host, simulation.as_ref());
+        let limits = match &item.kind {
+            RecordKind::Device(device) => device.limits(),
+            // Recordings of old began with something else, and had devices without limits.
+            _ => DeviceLimits::POINT,
+        };
+        let begin = || Resimulated::new(&scene, host, simulation.as_ref(), limits);
         hosts.entry(host).or_insert_with(begin).take(item, &mut comparison)?;
         if comparison.ticks.is_multiple_of(1024) {
             progress(comparison.ticks);
@@ -102,8 +108,8 @@ struct Resimulated {
 }
 
 impl Resimulated {
-    fn new(scene: &Scene, host: HostIndex, simulation: Option<&SlowLoop>) -> Self {
-        let mut station = Station::new(scene, host, RecordedDevice::default(), None);
+    fn new(scene: &Scene, host: HostIndex, simulation: Option<&SlowLoop>, limits: DeviceLimits) -> Self {
+        let mut station = Station::new(scene, host, RecordedDevice::new(limits), None);
         if let Some(simulation) = simulation.filter(|_| slow::is_simulated_at(scene, host)) {
             station = station.with_soft(SlowPort::replayed(scene, simulation.clone()));
         }
@@ -129,7 +135,7 @@ impl Resimulated {
                 comparison.compare(item.host, item.tick, &tick, &replayed);
             }
             RecordKind::Tick(_) => self.skipped += 1,
-            RecordKind::Sent { .. } | RecordKind::Note(_) => {}
+            RecordKind::Sent { .. } | RecordKind::Note(_) | RecordKind::Device(_) => {}
         }
         Ok(())
     }
@@ -148,8 +154,8 @@ impl Resimulated {
     }
 
     fn tick(&mut self, tick: u64, recorded: &TickRecord) -> TickRecord {
-        self.station.device =
-            RecordedDevice { readings: recorded.readings.clone(), failed: recorded.device_failed };
+        self.station.device.readings = recorded.readings.clone();
+        self.station.device.failed = recorded.device_failed;
         self.station.begin(tick);
         self.station.respond(|_, _| {});
         self.station.finish(Punctuality::default).clone()
@@ -184,10 +190,18 @@ impl Resimulated {
 }
 
 /// Reports what was recorded; what is rendered goes nowhere.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 struct RecordedDevice {
+    limits: DeviceLimits,
     readings: Readings,
     failed: bool,
+    force: HeldWrenches,
+}
+
+impl RecordedDevice {
+    fn new(limits: DeviceLimits) -> Self {
+        Self { limits, readings: Readings::new(), failed: false, force: HeldWrenches::new(MAX_FINGERS) }
+    }
 }
 
 impl Device for RecordedDevice {
@@ -201,25 +215,28 @@ impl Device for RecordedDevice {
     }
 
     fn limits(&self) -> DeviceLimits {
-        DeviceLimits::POINT
+        self.limits
+    }
+
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        self.force.switch()
     }
 
     /// What was recorded had been moved already.
     fn recentre(&mut self, _: DVec3) {}
 
-    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
+    fn read(&mut self, _tick: u64) -> Result<Readings, DeviceError> {
         if self.failed {
-            return Err(DeviceError::TickOutOfReach {
-                device: String::new(),
-                asked: tick,
-                at: tick,
-                most_ahead: 0,
-            });
+            return Err(DeviceError::driver("as recorded"));
         }
         Ok(self.readings.clone())
     }
 
-    fn write(&mut self, _: &[Wrench]) -> Result<(), DeviceError> {
-        Ok(())
+    fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
+        self.force.write(wrenches)
+    }
+
+    fn rendered(&self) -> Wrenches {
+        self.force.rendered()
     }
 }

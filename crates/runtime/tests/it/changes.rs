@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Mutex};
 
 use crate::sessions::{ARCHITECTURES, assert_replays, scene};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::RecordSink;
 use cotouch_runtime::monitor;
@@ -26,7 +26,7 @@ const STABLE: &str = "coupling.object_object.stiffness_n_per_m=400";
 const UNSTABLE: &str = "coupling.object_object.stiffness_n_per_m=3000";
 
 #[derive(Clone, Default)]
-struct Kept(Arc<Mutex<Vec<RecordItem>>>);
+pub(crate) struct Kept(pub(crate) Arc<Mutex<Vec<RecordItem>>>);
 
 impl RecordSink for Kept {
     fn record(&mut self, item: &RecordItem) {
@@ -36,7 +36,7 @@ impl RecordSink for Kept {
 
 fn start(scene: &Scene, kept: &Kept) -> VirtualSession {
     VirtualSession::new(scene, |host| {
-        let hand = SimulatedUser::of_scene(scene, host).unwrap();
+        let hand = SimulatedUser::new(scene, host).unwrap();
         Station::new(scene, host, hand, Some(Box::new(kept.clone())))
     })
 }
@@ -56,7 +56,7 @@ fn lately(session: &VirtualSession) -> Lately {
     monitor::lately(session.hosts().iter().map(|host| &host.station.lately), diverged)
 }
 
-fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {
+pub(crate) fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {
     let header = RecordingHeader {
         cotouch_version: "0".to_owned(),
         scene_toml: cotouch_scene::to_toml(scene),

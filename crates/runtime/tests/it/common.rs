@@ -3,10 +3,11 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use arrayvec::ArrayVec;
+use arrayvec::{ArrayString, ArrayVec};
 use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+use cotouch_net::{Entry, StatePacket};
+use cotouch_runtime::FaultText;
+use cotouch_runtime::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::{MAX_CONTACTS, MAX_ENTRIES};
@@ -241,10 +242,18 @@ fn any_note() -> impl Strategy<Value = Note> {
     prop_oneof![
         any::<u64>().prop_map(|ticks| Note::Skipped { ticks }),
         any::<u64>().prop_map(|items| Note::Dropped { items }),
-        Just(Note::DeviceFault),
+        "\\PC{0,40}".prop_map(|text| Note::DeviceFault(FaultText::from(&text).unwrap())),
         Just(Note::Diverged),
         any::<String>().prop_map(Note::Ended),
     ]
+}
+
+fn any_device() -> impl Strategy<Value = DeviceRecord> {
+    ("\\PC{0,12}", any_real(), any_real()).prop_map(|(name, max_force_n, max_torque_n_m)| DeviceRecord {
+        name: ArrayString::from(&name).unwrap(),
+        max_force_n,
+        max_torque_n_m,
+    })
 }
 
 fn any_kind() -> impl Strategy<Value = RecordKind> {
@@ -254,6 +263,7 @@ fn any_kind() -> impl Strategy<Value = RecordKind> {
         (any_host(), any::<bool>()).prop_map(|(peer, present)| RecordKind::Presence { peer, present }),
         Just(RecordKind::Adopt),
         Just(RecordKind::Release),
+        any_device().prop_map(RecordKind::Device),
         ".{0,40}".prop_map(RecordKind::Changed),
         any_note().prop_map(RecordKind::Note),
         any_tick_record().prop_map(RecordKind::Tick),

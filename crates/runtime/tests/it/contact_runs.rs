@@ -1,16 +1,16 @@
 //! Two users with two fingers each and a box: what a recording shows of their contacts, and that it replays.
 
 use std::path::Path;
+use std::sync::Arc;
 
 use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays};
-use cotouch_device::device::{Device, DeviceError, DeviceLimits, WorldView};
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, SimulatedUser, WorldView};
 use cotouch_runtime::record::{RecordKind, TickRecord};
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_run;
 use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::built_in;
@@ -109,6 +109,10 @@ impl Device for Broken {
         self.user.limits()
     }
 
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        self.user.force_switch()
+    }
+
     fn start(&mut self, tick: u64) {
         self.user.start(tick);
     }
@@ -132,6 +136,10 @@ impl Device for Broken {
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
         self.user.write(wrenches)
     }
+
+    fn rendered(&self) -> Wrenches {
+        self.user.rendered()
+    }
 }
 
 #[test]
@@ -141,7 +149,7 @@ fn a_finger_that_tells_nonsense_is_let_go_of_smoothly_with_all_others() {
         let scene = grasp(architecture, &["governor.max_slew_n_per_s=2000"]);
         let slew_n = 2000.0 / scene.rates.control_hz.hz() * (1.0 + 1e-9);
         let mut session = VirtualSession::new(&scene, |host| {
-            let user = SimulatedUser::of_scene(&scene, host).unwrap();
+            let user = SimulatedUser::new(&scene, host).unwrap();
             let from_tick = if host == HostIndex::FIRST { BREAKS } else { u64::MAX };
             Station::new(&scene, host, Broken { user, from_tick }, None)
         });

@@ -5,11 +5,10 @@ use std::fs;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 
-use cotouch_net::message::{Control, Join, Roster};
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::probe::{ProbeConfig, Prober, reflect};
-use cotouch_net::text::Text;
-use cotouch_net::wire::{MAX_DATAGRAM, decode_control, decode_state, encode_control, encode_state};
+use cotouch_net::{
+    Control, Entry, Join, MAX_DATAGRAM, PeerId, ProbeConfig, Prober, Roster, StatePacket, Text,
+    decode_control, decode_state, encode_control, encode_state, reflect_probe,
+};
 use cotouch_runtime::recording::RecordingReader;
 use cotouch_runtime::replay::replay;
 use cotouch_runtime::virtual_run;
@@ -59,7 +58,7 @@ fn every_datagram_is_read() {
         assert!(datagrams > 0, "{}", path.display());
     }
     for (path, bytes) in seeds("probe") {
-        assert!(reflect(&bytes).is_some(), "{}", path.display());
+        assert!(reflect_probe(&bytes).is_some(), "{}", path.display());
     }
 }
 
@@ -107,8 +106,8 @@ fn datagrams() -> Vec<(&'static str, Vec<u8>)> {
         ("join", Control::Join(join)),
         ("roster", Control::Roster(Roster::default())),
         ("roster-received", Control::RosterReceived { revision: 1 }),
-        ("ping", Control::Ping { instance: 1, sent_ns: 0, ready: true }),
-        ("leave", Control::Leave { instance: 1, reason: Text::from("done").unwrap() }),
+        ("ping", Control::Ping { id: PeerId(1), sent_ns: 0, ready: true }),
+        ("leave", Control::Leave { id: PeerId(1), reason: Text::from("done").unwrap() }),
         ("scene-request", Control::SceneRequest { offset: 0, padding: [0; 64].into_iter().collect() }),
     ];
     let control = |(name, control): (_, Control)| {

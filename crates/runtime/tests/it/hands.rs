@@ -3,13 +3,13 @@
 use std::net::{SocketAddr, UdpSocket};
 
 use crate::sessions::{self, assert_adds_up, assert_replays, scene, until};
-use cotouch_device::guided::Targets;
-use cotouch_runtime::hand::{Hand, HeldBy, TakeError};
+use cotouch_device::Targets;
 use cotouch_runtime::live::LiveSession;
-use cotouch_runtime::real_time::{RealTimeOptions, join, realisable, run_local, serve};
+use cotouch_runtime::real_time::{join, realisable, run_local, serve};
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot};
+use cotouch_runtime::{HeldBy, PointerHandle, RealTimeOptions, TakeError};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -30,7 +30,7 @@ fn by(live: &LiveSession, user: HostIndex) -> HeldBy {
 }
 
 /// Draws all fingers by `shift` from where they are; gives the first one's target.
-fn draw(live: &LiveSession, hand: &mut Hand, shift: DVec3) -> DVec3 {
+fn draw(live: &LiveSession, hand: &mut PointerHandle, shift: DVec3) -> DVec3 {
     let host = until("a picture", || host_of(live, hand.user));
     let target = |finger: &FingerSnapshot| finger.reading.pose.position + shift;
     let targets: Targets = host.fingers.iter().map(target).collect();

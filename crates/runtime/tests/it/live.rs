@@ -5,12 +5,12 @@ use std::thread;
 use std::time::Duration;
 
 use crate::sessions::{assert_adds_up, assert_replays, scene, until};
-use cotouch_runtime::hand::HeldBy;
 use cotouch_runtime::live::{ChangeError, Changed, LiveSession, numbered};
-use cotouch_runtime::real_time::{RealTimeOptions, realisable, run_local, serve};
+use cotouch_runtime::real_time::{realisable, run_local, serve};
 use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::summary::Summary;
+use cotouch_runtime::{HeldBy, RealTimeOptions};
 use cotouch_scene::scene::{Impairment, Scene};
 
 fn real_scene(settings: &[&str]) -> Scene {

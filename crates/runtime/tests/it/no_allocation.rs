@@ -2,8 +2,8 @@
 
 use crate::common::session;
 use arrayvec::ArrayVec;
-use cotouch_device::user::SimulatedUser;
-use cotouch_net::packet::StatePacket;
+use cotouch_device::SimulatedUser;
+use cotouch_net::StatePacket;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
@@ -109,7 +109,7 @@ fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
 fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedUser>>, Vec<RecordConsumer>) {
     let station = |host| {
         let (producer, consumer) = record_ring(host, DEFAULT_CAPACITY);
-        let hand = SimulatedUser::of_scene(scene, host).unwrap();
+        let hand = SimulatedUser::new(scene, host).unwrap();
         (Station::new(scene, host, hand, Some(Box::new(producer))), consumer)
     };
     scene.hosts().map(station).unzip()

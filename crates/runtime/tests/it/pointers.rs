@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use cotouch_device::guided::{Guide, GuidedUser, Targets};
+use cotouch_device::{Guide, GuidedUser, Targets};
 use cotouch_runtime::monitor;
 use cotouch_runtime::real_time::realisable;
 use cotouch_runtime::record::TickRecord;
@@ -36,7 +36,7 @@ impl Session {
     fn new(scene: &Scene) -> Self {
         let pointers: Vec<Pointer> = scene.hosts().map(|_| Pointer::default()).collect();
         let station = |host: HostIndex| {
-            let user = GuidedUser::of_scene(scene, host, pointers[host.index()].clone()).unwrap();
+            let user = GuidedUser::new(scene, host, pointers[host.index()].clone()).unwrap();
             Station::new(scene, host, user, None)
         };
         Self {

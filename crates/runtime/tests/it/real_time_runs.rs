@@ -5,17 +5,18 @@
 
 use std::net::{SocketAddr, UdpSocket};
 use std::path::Path;
+use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
 use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene, until};
-use cotouch_device::device::{Device, DeviceError, DeviceLimits, WorldView};
-use cotouch_device::user::SimulatedUser;
-use cotouch_runtime::real_time::{RealTimeOptions, join, realisable, run_local, run_local_with, serve};
+use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, SimulatedUser, WorldView};
+use cotouch_runtime::RealTimeOptions;
+use cotouch_runtime::real_time::{join, realisable, run_local, run_local_with, serve};
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::session_handle::SessionHandle;
-use cotouch_scene::geometry::{Readings, Wrench};
+use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use glam::DVec3;
@@ -181,6 +182,10 @@ impl Device for Dozing {
         self.hand.limits()
     }
 
+    fn force_switch(&self) -> Arc<dyn ForceSwitch> {
+        self.hand.force_switch()
+    }
+
     fn start(&mut self, tick: u64) {
         self.hand.start(tick);
     }
@@ -204,6 +209,10 @@ impl Device for Dozing {
     fn write(&mut self, wrenches: &[Wrench]) -> Result<(), DeviceError> {
         self.hand.write(wrenches)
     }
+
+    fn rendered(&self) -> Wrenches {
+        self.hand.rendered()
+    }
 }
 
 #[test]
@@ -213,7 +222,7 @@ fn a_slow_device_costs_ticks_that_are_recorded() {
     for architecture in ARCHITECTURES {
         let scene = real_scene(architecture, &[]);
         let device = |host| {
-            let hand = SimulatedUser::of_scene(&scene, host).unwrap();
+            let hand = SimulatedUser::new(&scene, host).unwrap();
             Box::new(Dozing { hand, reads: 0 }) as Box<dyn Device>
         };
         let options = RealTimeOptions { duration_s: Some(1.5), ..recorded(&path) };

@@ -4,13 +4,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use crate::sessions::assert_replays;
-use cotouch_device::user::SimulatedUser;
+use cotouch_device::SimulatedUser;
 use cotouch_runtime::change::{self, HostChange};
 use cotouch_runtime::record::{RecordKind, SurfaceRecord};
 use cotouch_runtime::recorder::RecordingHeader;
 use cotouch_runtime::recording::Recording;
-use cotouch_runtime::slow::{self, SlowPort};
-use cotouch_runtime::station::Station;
 use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run;
 use cotouch_runtime::virtual_time::VirtualSession;
@@ -30,16 +28,8 @@ fn run(scene: &Scene, seconds: f64, recording: Option<&Path>) -> Summary {
 }
 
 fn session(scene: &Scene) -> VirtualSession {
-    let simulation = slow::simulation_of(scene).unwrap().unwrap();
-    VirtualSession::new(scene, |host| {
-        let hand = SimulatedUser::of_scene(scene, host).unwrap();
-        let station = Station::new(scene, host, hand, None);
-        if slow::is_simulated_at(scene, host) {
-            station.with_soft(SlowPort::inline(scene, simulation.clone()))
-        } else {
-            station
-        }
-    })
+    let hand = |host| (SimulatedUser::new(scene, host).unwrap(), None);
+    VirtualSession::with_devices(scene, hand).unwrap()
 }
 
 /// How far the node that has moved most is from where it rests, m.
@@ -207,13 +197,11 @@ fn a_session_whose_local_model_changes_replays() {
     let path = folder.path().join("changed.mcap");
     let recorder = cotouch_runtime::recorder::Recorder::create(&path, &header(&scene)).unwrap();
     let recorder = Arc::new(std::sync::Mutex::new(recorder));
-    let simulation = slow::simulation_of(&scene).unwrap().unwrap();
-    let mut session: VirtualSession = VirtualSession::new(&scene, |host| {
-        let hand = SimulatedUser::of_scene(&scene, host).unwrap();
+    let hand = |host| {
         let sink = Shared(Arc::clone(&recorder));
-        let station = Station::new(&scene, host, hand, Some(Box::new(sink)));
-        station.with_soft(SlowPort::inline(&scene, simulation.clone()))
-    });
+        (SimulatedUser::new(&scene, host).unwrap(), Some(Box::new(sink) as Box<_>))
+    };
+    let mut session = VirtualSession::with_devices(&scene, hand).unwrap();
     assert!(session.run_to_tick(2400, |_, _| {}));
     for host in scene.hosts() {
         assert!(session.host_mut(host).station.change(&mut HostChange::new(&to, host)));

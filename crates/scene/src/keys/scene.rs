@@ -151,7 +151,7 @@ pub(crate) static SCENE: &[Key<Scene>] = &[
 
     Key::new("governor.max_force_n", number(0.1, 1e3), Is("20"), "N", "Largest force that reaches a device.", at!(governor.max_force_n)),
     Key::new("governor.max_slew_n_per_s", number(0.01, 1e9), SLEW, "N/s", "Largest change of that force; the default admits a jump from 0 to the largest force in one tick.", at!(governor.max_slew_n_per_s)),
-    Key::new("governor.watchdog_s", number(0.001, 10.0), Is("0.02"), "s", "A device that was not written for so long lets go.", at!(governor.watchdog_s)),
+    Key::new("governor.watchdog_s", number(0.001, 10.0), Is("0.02"), "s", "After so long without a tick, or without a reading of the device, its force fades out and comes back softly.", at!(governor.watchdog_s)),
     Key::new("governor.soft_start_s", FADE, Is("0.25"), "s", "Time in which forces fade in at the start; 0 is at once.", at!(governor.soft_start_s)),
     Key::new("governor.release_s", FADE, Is("0.1"), "s", "Time in which forces fade out on a stop, a lost link or a fault; 0 is at once.", at!(governor.release_s)),
     Key::new("governor.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "Damping that the governor adds at the device.", at!(governor.damping_n_s_per_m)),

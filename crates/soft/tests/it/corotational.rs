@@ -15,7 +15,7 @@ fn clamped(cells: [u32; 3], edge: f64) -> Scene {
 }
 
 fn body_of(scene: &Scene) -> Corotational {
-    Corotational::of_scene(scene).expect("a good scene")
+    Corotational::from_scene(scene).expect("a good scene")
 }
 
 fn node_at(body: &Corotational, place: DVec3) -> u32 {
@@ -378,10 +378,10 @@ fn what_cannot_be_simulated_is_said() {
     assert_eq!(body.compliance(&[]), None);
     let mut still = loose.clone();
     still.soft.quasi_static = true;
-    assert!(matches!(Corotational::of_scene(&still), Err(SoftError::NotHeld(_))));
+    assert!(matches!(Corotational::from_scene(&still), Err(SoftError::NotHeld(_))));
     let mut turned = block([1, 1, 1], 0.02);
     turned.tetrahedra[3].swap(0, 1);
-    let error = Corotational::of_scene(&scene(SoftModel::Corotational, turned)).unwrap_err();
+    let error = Corotational::from_scene(&scene(SoftModel::Corotational, turned)).unwrap_err();
     assert_eq!(error.to_string(), "tetrahedron 4 has no positive volume");
 }
 

@@ -5,10 +5,9 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::Duration;
 
+use cotouch_runtime::RealTimeOptions;
 use cotouch_runtime::live::LiveSession;
-use cotouch_runtime::real_time::RealTimeOptions;
-use cotouch_viewer::predictor::{Answer, Predictor, Question};
-use cotouch_viewer::{Base, Show, Viewer};
+use cotouch_viewer::{Answer, Base, Predictor, Question, Show, Viewer};
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value, json};
 use tokio::net::TcpStream as Stream;

@@ -8,8 +8,9 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use cotouch_analysis::soft::ratios;
 use cotouch_analysis::stability;
 use cotouch_runtime::virtual_run;
-use cotouch_scene::scene::{LocalModelKind, SoftMeshKind};
+use cotouch_scene::scene::SoftMeshKind;
 use cotouch_scene::{Override, Scene};
+use cotouch_world::local::local_law;
 use rayon::prelude::*;
 use serde::Serialize;
 
@@ -117,9 +118,9 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
             let model = &mut scene.local_model;
             (model.stiffness_n_per_m, model.integral_n_per_m) = (0.0, 0.0);
             [scene.local_model.stiffness_ratio, scene.local_model.integral_ratio] =
-                match scene.local_model.kind {
-                    LocalModelKind::Compliance => [open_loop::REFERENCE_RATIO, 0.0],
-                    LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Pi => ratios(&scene),
+                match local_law(scene.local_model.kind).needs().joint_compliance {
+                    true => [open_loop::REFERENCE_RATIO, 0.0],
+                    false => ratios(&scene),
                 };
             soften(&mut scene)?;
         }

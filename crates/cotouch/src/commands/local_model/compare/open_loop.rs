@@ -3,16 +3,13 @@
 use std::f64::consts::TAU;
 
 use arrayvec::ArrayVec;
-use cotouch_device::device::{Device, DeviceError, DeviceLimits};
-use cotouch_runtime::slow::{self, SlowPort};
-use cotouch_runtime::station::Station;
+use cotouch_device::TrajectoryDevice;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::Scene;
-use cotouch_scene::geometry::{Reading, Readings, Wrench};
+use cotouch_scene::geometry::Reading;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Space, User};
-use cotouch_scene::time::Rate;
 use cotouch_world::MeshSurface;
 use glam::DVec3;
 use serde::Serialize;
@@ -63,15 +60,11 @@ impl Forces {
     pub(super) fn of(scene: &Scene) -> anyhow::Result<Self> {
         let paths = Path::all(scene)?;
         let control = scene.rates.control_hz;
-        let simulation = slow::simulation_of(scene)?;
-        let mut session = VirtualSession::new(scene, |host| {
-            let device = Led { control, paths: paths[host.index()].clone() };
-            let station = Station::new(scene, host, device, None);
-            match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
-                Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
-                None => station,
-            }
-        });
+        let mut session = VirtualSession::with_devices(scene, |host| {
+            let paths = paths[host.index()].clone();
+            let readings = move |time_s| paths.iter().map(|path: &Path| path.reading(time_s)).collect();
+            (TrajectoryDevice::new(control, readings), None)
+        })?;
         let tick_at = |time_s: f64| (time_s * control.hz()) as u64;
         let joined = session.run_to_tick(tick_at(FROM_S), |_, _| {});
         anyhow::ensure!(joined, "the hosts could not join over the simulated link");
@@ -150,46 +143,11 @@ impl Path {
     }
 
     /// At `time_s`: in contact half of the time.
-    fn at(&self, time_s: f64) -> (DVec3, DVec3) {
+    fn reading(&self, time_s: f64) -> Reading {
         let phase = TAU * self.frequency_hz * time_s;
         let (slow, rate) = (0.37 * phase, TAU * self.frequency_hz);
         let position = self.touching_m - self.press_m * phase.cos() + self.slide_m * slow.sin();
         let velocity = self.press_m * (rate * phase.sin()) + self.slide_m * (0.37 * rate * slow.cos());
-        (position, velocity)
-    }
-}
-
-/// A device that is led along its paths, whatever it renders.
-struct Led {
-    control: Rate,
-    paths: Vec<Path>,
-}
-
-impl Device for Led {
-    fn name(&self) -> &str {
-        "a given path"
-    }
-
-    fn fingers(&self) -> usize {
-        self.paths.len()
-    }
-
-    fn limits(&self) -> DeviceLimits {
-        DeviceLimits::POINT
-    }
-
-    fn recentre(&mut self, _: DVec3) {}
-
-    fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
-        let time_s = self.control.instant(tick).as_secs_f64();
-        let reading = |path: &Path| {
-            let (position, velocity) = path.at(time_s);
-            Reading::point(position, velocity)
-        };
-        Ok(self.paths.iter().map(reading).collect())
-    }
-
-    fn write(&mut self, _: &[Wrench]) -> Result<(), DeviceError> {
-        Ok(())
+        Reading::point(position, velocity)
     }
 }

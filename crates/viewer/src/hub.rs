@@ -1,11 +1,11 @@
 //! What all browsers that look at one thing share: the session or the recordings, what is known of it, what is news.
 
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::body::Bytes;
+use cotouch_runtime::Seat;
 use cotouch_runtime::clock;
-use cotouch_runtime::hand::Seat;
 use cotouch_runtime::live::LiveSession;
 use cotouch_scene::time::LocalTime;
 use serde_json::Value;
@@ -14,11 +14,13 @@ use tokio::time::interval;
 
 use crate::about::about;
 use crate::bundle;
-use crate::controls::Control;
+use crate::control::Control;
 use crate::lesson::Lesson;
+use crate::lock::lock;
 use crate::picture;
-use crate::protocol::{ServerMessage, SessionMessage, Settings};
-use crate::replays::Replay;
+use crate::protocol::{ServerMessage, SessionMessage};
+use crate::replays::ShownRecording;
+use crate::setting::Settings;
 use crate::skin::Skin;
 
 /// How often the session is asked for what seldom changes.
@@ -28,18 +30,18 @@ const LOOK_PERIOD: Duration = Duration::from_millis(100);
 const FRESH_NS: i64 = 8_000_000;
 
 /// News that a slow browser can be behind.
-const MOST_NEWS: usize = 32;
+const MAX_NEWS: usize = 32;
 
 /// What browsers look at.
 pub(crate) enum Subject {
     Live(Arc<LiveSession>, Box<Lesson>),
-    Replay(Vec<Replay>),
+    Replay(Vec<ShownRecording>),
 }
 
 /// What browsers are told when it changes.
 #[derive(Clone, Debug)]
-pub(crate) struct Stage {
-    pub(crate) session: Arc<Facts>,
+pub(crate) struct PageState {
+    pub(crate) session: Arc<SessionFacts>,
     pub(crate) seats: Vec<Seat>,
     pub(crate) settings: Settings,
     pub(crate) note: String,
@@ -47,7 +49,7 @@ pub(crate) struct Stage {
 
 /// What does not change during one session.
 #[derive(Debug)]
-pub(crate) struct Facts {
+pub(crate) struct SessionFacts {
     pub(crate) generation: u32,
     pub(crate) controls: Vec<Control>,
     about: Value,
@@ -55,7 +57,7 @@ pub(crate) struct Facts {
     recordings: Option<Vec<Value>>,
 }
 
-impl Facts {
+impl SessionFacts {
     /// As a browser is told, on the same computer or on another one.
     pub(crate) fn message(&self, is_here: bool) -> ServerMessage {
         ServerMessage::Session(Box::new(SessionMessage {
@@ -79,32 +81,32 @@ pub(crate) struct Newest {
     pub(crate) bytes: Bytes,
 }
 
-/// See the module.
-pub(crate) struct Room {
+/// What all browsers share: the subject, its state, its news, its newest picture.
+pub(crate) struct Hub {
     pub(crate) subject: Subject,
-    pub(crate) stage: watch::Sender<Stage>,
+    pub(crate) state: watch::Sender<PageState>,
     pub(crate) news: broadcast::Sender<Arc<str>>,
     newest: Mutex<Option<(LocalTime, Newest)>>,
     /// Of the session of that number.
     skin: Mutex<(u32, Option<Arc<Skin>>)>,
 }
 
-impl Room {
+impl Hub {
     pub(crate) fn new(subject: Subject) -> Self {
-        let stage = match &subject {
-            Subject::Live(live, lesson) => live_stage(live, lesson, None),
-            Subject::Replay(replays) => replay_stage(replays),
+        let state = match &subject {
+            Subject::Live(live, lesson) => live_state(live, lesson, None),
+            Subject::Replay(replays) => replay_state(replays),
         };
         Self {
             subject,
-            stage: watch::Sender::new(stage),
-            news: broadcast::Sender::new(MOST_NEWS),
+            state: watch::Sender::new(state),
+            news: broadcast::Sender::new(MAX_NEWS),
             newest: Mutex::new(None),
             skin: Mutex::default(),
         }
     }
 
-    /// Tells all browsers.
+    /// Tells a sentence to all browsers.
     pub(crate) fn tell(&self, news: &str) {
         // Fails only where nobody listens.
         let _ = self.news.send(news.into());
@@ -128,8 +130,8 @@ impl Room {
         Some(made)
     }
 
-    /// Looks after the session for ever.
-    pub(crate) async fn tend(&self) {
+    /// Looks at the session for ever.
+    pub(crate) async fn watch(&self) {
         let mut looks = interval(LOOK_PERIOD);
         loop {
             looks.tick().await;
@@ -143,13 +145,13 @@ impl Room {
         if live.may_change() {
             live.take_news().iter().for_each(|news| self.tell(news));
         }
-        self.stage.send_if_modified(|stage| {
-            let next = live_stage(live, lesson, Some(stage));
-            let changed = !Arc::ptr_eq(&next.session, &stage.session)
-                || next.seats != stage.seats
-                || next.settings != stage.settings
-                || next.note != stage.note;
-            *stage = next;
+        self.state.send_if_modified(|state| {
+            let next = live_state(live, lesson, Some(state));
+            let changed = !Arc::ptr_eq(&next.session, &state.session)
+                || next.seats != state.seats
+                || next.settings != state.settings
+                || next.note != state.note;
+            *state = next;
             changed
         });
     }
@@ -169,31 +171,33 @@ fn skin_of(live: &LiveSession, generation: u32, kept: &Mutex<(u32, Option<Arc<Sk
 }
 
 /// What there is to tell of a session, given what was told last.
-fn live_stage(live: &LiveSession, lesson: &Lesson, last: Option<&Stage>) -> Stage {
+fn live_state(live: &LiveSession, lesson: &Lesson, last: Option<&PageState>) -> PageState {
     let (scene, generation) = live.scene();
     let last = last.filter(|last| last.session.generation == generation);
     let session = last.map_or_else(
         || {
             let (controls, may_change) = (lesson.controls(), live.may_change());
-            Arc::new(Facts { generation, controls, about: about(&scene), may_change, recordings: None })
+            Arc::new(SessionFacts {
+                generation,
+                controls,
+                about: about(&scene),
+                may_change,
+                recordings: None,
+            })
         },
         |last| Arc::clone(&last.session),
     );
     let (settings, note) = lesson.settings(&session.controls);
-    Stage { session, seats: live.seats(), settings, note }
+    PageState { session, seats: live.seats(), settings, note }
 }
 
-fn replay_stage(replays: &[Replay]) -> Stage {
-    let facts = Facts {
+fn replay_state(replays: &[ShownRecording]) -> PageState {
+    let facts = SessionFacts {
         generation: 1,
         controls: Vec::new(),
         about: replays.first().map_or(Value::Null, |replay| replay.about.clone()),
         may_change: false,
-        recordings: Some(replays.iter().map(Replay::info).collect()),
+        recordings: Some(replays.iter().map(ShownRecording::info).collect()),
     };
-    Stage { session: Arc::new(facts), seats: Vec::new(), settings: Settings::new(), note: String::new() }
-}
-
-pub(crate) fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
-    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+    PageState { session: Arc::new(facts), seats: Vec::new(), settings: Settings::new(), note: String::new() }
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 use cotouch_runtime::live::LiveSession;
 use tokio::sync::mpsc;
 
+use crate::hub::{Hub, Subject};
 use crate::lesson::Lesson;
-use crate::protocol::{ServerMessage, Settings};
-use crate::room::{Room, Subject};
+use crate::protocol::ServerMessage;
+use crate::setting::Settings;
 
 /// What a browser wants changed.
 pub(crate) struct Change {
@@ -21,25 +22,25 @@ pub(crate) enum Wanted {
 }
 
 /// Changes that wait for the one that is being made.
-pub(crate) const MOST_WAITING: usize = 64;
+pub(crate) const MAX_WAITING: usize = 64;
 
 /// Makes changes as they are asked for, until nobody can ask any more.
-pub(crate) async fn make(room: Arc<Room>, mut asked: mpsc::Receiver<Change>) {
+pub(crate) async fn make(hub: Arc<Hub>, mut asked: mpsc::Receiver<Change>) {
     while let Some(first) = asked.recv().await {
         let mut changes = vec![first];
         while let Ok(next) = asked.try_recv() {
             changes.push(next);
         }
-        let working = Arc::clone(&room);
+        let working = Arc::clone(&hub);
         let made = tokio::task::spawn_blocking(move || working.make(&changes)).await;
         if let Err(panic) = made {
             tracing::error!("a change of the session failed: {panic}");
         }
-        room.look();
+        hub.look();
     }
 }
 
-impl Room {
+impl Hub {
     fn make(&self, changes: &[Change]) {
         let Subject::Live(live, lesson) = &self.subject else { return };
         let refuse = |change: &Change, why: &str| {
@@ -72,13 +73,13 @@ impl Room {
     /// Whether these settings can be had, or why not.
     fn try_out(&self, live: &LiveSession, lesson: &Lesson, settings: &Settings) -> Result<(), String> {
         let present = lesson.present().ok_or("nothing of this session can be set")?;
-        let controls = self.stage.borrow().session.controls.clone();
+        let controls = self.state.borrow().session.controls.clone();
         present.with(settings, &controls, live).map(|_| ())
     }
 
     fn change(&self, live: &LiveSession, lesson: &Lesson, settings: &Settings) -> Result<(), String> {
         let before = lesson.present().ok_or("nothing of this session can be set")?;
-        let controls = self.stage.borrow().session.controls.clone();
+        let controls = self.state.borrow().session.controls.clone();
         let (next, _) = before.with(settings, &controls, live)?;
         let scene = next.scene.clone();
         // First what is set: whoever finds the next session must find its controls too.

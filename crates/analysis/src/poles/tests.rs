@@ -1,6 +1,6 @@
 //! Loops that fall apart by symmetry have the verdict of the whole.
 
-use cotouch_scene::scene::{Coordination, Integrator, PlayOut, SpringDamper, WallSides};
+use cotouch_scene::scene::{Coordination, Integrator, PlayOut, Scene, SpringDamper, WallSides};
 use proptest::prelude::*;
 
 use super::*;

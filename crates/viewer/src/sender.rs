@@ -7,22 +7,23 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use axum::extract::ws::{Message, WebSocket};
-use cotouch_runtime::hand::{HeldBy, Seat};
+use cotouch_runtime::{HeldBy, Seat};
 use cotouch_scene::names::HostIndex;
 use futures_util::SinkExt as _;
 use futures_util::stream::SplitSink;
 use tokio::sync::{broadcast, mpsc, watch};
 use tokio::time::{Instant, Interval, MissedTickBehavior, interval, timeout};
 
-use crate::browser::Says;
-use crate::protocol::{SeatInfo, ServerMessage, Settings};
-use crate::room::{Newest, Room, Stage};
+use crate::hub::{Hub, Newest, PageState};
+use crate::protocol::{SeatInfo, ServerMessage};
+use crate::setting::Settings;
+use crate::signals::PageSignals;
 
 /// A browser that takes nothing for so long is gone.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(10);
 
 /// While a ping is unanswered for longer than this, no picture is sent: so old can the newest one on the way be.
-const MOST_ON_THE_WAY: Duration = Duration::from_millis(250);
+const MAX_ON_THE_WAY: Duration = Duration::from_millis(250);
 
 /// A picture that has not changed is sent again so seldom.
 const REPEAT_PERIOD: Duration = Duration::from_secs(1);
@@ -32,22 +33,22 @@ type Outgoing = SplitSink<WebSocket, Message>;
 /// The browser is gone.
 struct Gone;
 
-pub(crate) struct Talk {
-    room: Arc<Room>,
+pub(crate) struct PageSender {
+    hub: Arc<Hub>,
     is_here: bool,
     waiting: mpsc::Receiver<ServerMessage>,
     holds: watch::Receiver<Option<HostIndex>>,
     rate_hz: watch::Receiver<f64>,
     answered: watch::Receiver<u64>,
-    stage: watch::Receiver<Stage>,
+    state: watch::Receiver<PageState>,
     news: broadcast::Receiver<Arc<str>>,
-    told: Told,
+    told: SentToPage,
     pings: Pings,
 }
 
 /// What the browser knows already.
 #[derive(Default)]
-struct Told {
+struct SentToPage {
     generation: Option<u32>,
     seats: Option<Vec<SeatInfo>>,
     settings: Option<(Settings, String)>,
@@ -61,42 +62,42 @@ struct Pings {
     unanswered_since: Option<Instant>,
 }
 
-impl Talk {
+impl PageSender {
     pub(crate) fn new(
-        room: &Arc<Room>,
+        hub: &Arc<Hub>,
         is_here: bool,
         waiting: mpsc::Receiver<ServerMessage>,
-        says: &Says,
+        signals: &PageSignals,
     ) -> Self {
         Self {
-            room: Arc::clone(room),
+            hub: Arc::clone(hub),
             is_here,
             waiting,
-            holds: says.holds.subscribe(),
-            rate_hz: says.rate_hz.subscribe(),
-            answered: says.answered.subscribe(),
-            stage: room.stage.subscribe(),
-            news: room.news.subscribe(),
-            told: Told::default(),
+            holds: signals.holds.subscribe(),
+            rate_hz: signals.rate_hz.subscribe(),
+            answered: signals.answered.subscribe(),
+            state: hub.state.subscribe(),
+            news: hub.news.subscribe(),
+            told: SentToPage::default(),
             pings: Pings::default(),
         }
     }
 }
 
-/// Talks until the browser is gone.
-pub(crate) async fn talk(mut talk: Talk, outgoing: &mut Outgoing) {
-    let mut pictures = beat(*talk.rate_hz.borrow());
+/// Tells the browser everything until it is gone.
+pub(crate) async fn run(mut page: PageSender, outgoing: &mut Outgoing) {
+    let mut pictures = beat(*page.rate_hz.borrow());
     let _: Result<(), Gone> = async {
-        talk.tell_the_stage(outgoing).await?;
+        page.tell_the_state(outgoing).await?;
         loop {
             tokio::select! {
                 biased;
-                Some(message) = talk.waiting.recv() => say(outgoing, &message).await?,
-                Ok(()) = talk.stage.changed() => talk.tell_the_stage(outgoing).await?,
-                Ok(()) = talk.holds.changed() => talk.tell_the_seats(outgoing).await?,
-                news = talk.news.recv() => talk.tell_the_news(news, outgoing).await?,
-                Ok(()) = talk.rate_hz.changed() => pictures = beat(*talk.rate_hz.borrow()),
-                _ = pictures.tick() => talk.show(outgoing).await?,
+                Some(message) = page.waiting.recv() => say(outgoing, &message).await?,
+                Ok(()) = page.state.changed() => page.tell_the_state(outgoing).await?,
+                Ok(()) = page.holds.changed() => page.tell_the_seats(outgoing).await?,
+                news = page.news.recv() => page.tell_the_news(news, outgoing).await?,
+                Ok(()) = page.rate_hz.changed() => pictures = beat(*page.rate_hz.borrow()),
+                _ = pictures.tick() => page.show(outgoing).await?,
             }
         }
     }
@@ -110,18 +111,18 @@ fn beat(rate_hz: f64) -> Interval {
     beat
 }
 
-impl Talk {
+impl PageSender {
     /// What the session is, what it is set to and who is there, as far as the browser does not know that.
-    async fn tell_the_stage(&mut self, outgoing: &mut Outgoing) -> Result<(), Gone> {
-        let stage = self.stage.borrow_and_update().clone();
-        if self.told.generation != Some(stage.session.generation) {
-            self.told.generation = Some(stage.session.generation);
+    async fn tell_the_state(&mut self, outgoing: &mut Outgoing) -> Result<(), Gone> {
+        let state = self.state.borrow_and_update().clone();
+        if self.told.generation != Some(state.session.generation) {
+            self.told.generation = Some(state.session.generation);
             // A page begins anew with a session, and waits to be told what that is set to.
             self.told.settings = None;
-            say(outgoing, &stage.session.message(self.is_here)).await?;
+            say(outgoing, &state.session.message(self.is_here)).await?;
         }
-        let settings = (stage.settings, stage.note);
-        if !stage.session.controls.is_empty() && self.told.settings.as_ref() != Some(&settings) {
+        let settings = (state.settings, state.note);
+        if !state.session.controls.is_empty() && self.told.settings.as_ref() != Some(&settings) {
             self.told.settings = Some(settings.clone());
             say(outgoing, &ServerMessage::Settings { settings: settings.0, note: settings.1 }).await?;
         }
@@ -130,7 +131,7 @@ impl Talk {
 
     async fn tell_the_seats(&mut self, outgoing: &mut Outgoing) -> Result<(), Gone> {
         let mine = *self.holds.borrow_and_update();
-        let seats: Vec<SeatInfo> = self.stage.borrow().seats.iter().map(|seat| seen_by(seat, mine)).collect();
+        let seats: Vec<SeatInfo> = self.state.borrow().seats.iter().map(|seat| seen_by(seat, mine)).collect();
         if self.told.seats.as_ref() == Some(&seats) {
             return Ok(());
         }
@@ -153,7 +154,7 @@ impl Talk {
         if self.pings.are_behind(*self.answered.borrow())? {
             return Ok(());
         }
-        let Some(newest) = self.room.picture() else { return self.ping(outgoing).await };
+        let Some(newest) = self.hub.picture() else { return self.ping(outgoing).await };
         // Pictures of a session that the browser was not told of come after it was.
         if self.told.generation != Some(newest.generation) || self.has(&newest) {
             return Ok(());
@@ -189,7 +190,7 @@ impl Pings {
         if since.elapsed() > PATIENCE {
             return Err(Gone);
         }
-        Ok(since.elapsed() > MOST_ON_THE_WAY)
+        Ok(since.elapsed() > MAX_ON_THE_WAY)
     }
 
     /// The number of the next ping, unless one is on its way.

@@ -1,16 +1,14 @@
-//! Hands that pointers take, and the way of a pointer's targets to the haptic thread: the newest only, without locks.
+//! Hands that pointers take from their scripts, and the way of a pointer's targets to the haptic thread: the newest only, without locks.
 
 use std::fmt;
-use std::sync::atomic::Ordering;
 use std::sync::{Arc, Mutex, PoisonError};
 
-use cotouch_device::guided::{self, Guide, REACH_M, Targets};
+use cotouch_device::{Guide, POINTER_REACH_M, Targets, pointer_spring};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, SpringDamper};
 use glam::DVec3;
 
-use crate::guests::Guest;
-use crate::haptic_loop::Control;
+use crate::control::Control;
 
 /// Who moves a user's hand.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,9 +26,9 @@ pub enum HeldBy {
 /// A user's place in a session.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Seat {
-    /// Whose.
+    /// The user whose place or hand it is.
     pub user: HostIndex,
-    /// The user's name.
+    /// The name that the scene gives the user.
     pub name: String,
     /// Who moves the hand.
     pub by: HeldBy,
@@ -42,7 +40,7 @@ pub enum TakeError {
     /// There is no such user.
     #[error("this session has users 1 to {users}; there is no user {}", .user + 1)]
     NoSuchUser {
-        /// From 0.
+        /// The user whose place or hand it is.
         user: u8,
         /// How many there are.
         users: u8,
@@ -50,7 +48,7 @@ pub enum TakeError {
     /// Somebody else moves it.
     #[error("somebody else moves {name}'s hand")]
     Taken {
-        /// Whose hand.
+        /// The name that the scene gives the user.
         name: String,
     },
     /// The session is over.
@@ -59,132 +57,127 @@ pub enum TakeError {
     /// A free place could not be had.
     #[error("{name}'s place cannot be had: {why}")]
     NotLetIn {
-        /// Whose place.
+        /// The name that the scene gives the user.
         name: String,
-        /// Why.
+        /// The reason, in words.
         why: String,
     },
 }
 
 /// A hand that a pointer moves. Dropping it lets go, smoothly.
-pub struct Hand {
-    /// Whose.
+pub struct PointerHandle {
+    /// The user whose place or hand it is.
     pub user: HostIndex,
     /// From the pointer to each finger.
     pub spring: SpringDamper,
-    reins: Option<Reins>,
-    shelf: Arc<Shelf>,
+    writer: Option<TargetWriter>,
+    free: Arc<FreeWriter>,
     session: Arc<Control>,
-    /// For a hand at a place that was free: whoever took it leaves the session with it.
-    guest: Option<Guest>,
+    /// What ends with the hand: the taking part of a guest at a place that was free.
+    ends_with_it: Option<Box<dyn Send>>,
 }
 
 /// The writing end of the exchange: what the pointer says; `None` when there is no pointer.
-type Reins = triple_buffer::Input<Option<Targets>>;
+type TargetWriter = triple_buffer::Input<Option<Targets>>;
 
-/// Where the reins lie while nobody has them.
-type Shelf = Mutex<Option<Reins>>;
+/// Where the writing end is while nobody has it.
+type FreeWriter = Mutex<Option<TargetWriter>>;
 
-impl Hand {
+impl PointerHandle {
     /// Draws the fingers to `targets` (m, world), at most 10 m from the origin on every axis. Never waits. False, and
     /// nothing done, when a target is not finite or the session is over.
     pub fn point(&mut self, targets: &Targets) -> bool {
-        let Some(reins) = &mut self.reins else { return false };
+        let Some(writer) = &mut self.writer else { return false };
         if self.session.is_over() || !targets.iter().all(|target| target.is_finite()) {
             return false;
         }
-        let reach = DVec3::splat(REACH_M);
-        reins.write(Some(targets.iter().map(|target| target.clamp(-reach, reach)).collect()));
+        let reach = DVec3::splat(POINTER_REACH_M);
+        writer.write(Some(targets.iter().map(|target| target.clamp(-reach, reach)).collect()));
         true
     }
 
-    /// The same hand, with which its user leaves the session when it is dropped.
-    pub(crate) fn of_guest(mut self, guest: Guest) -> Self {
-        self.guest = Some(guest);
+    /// The same hand; `other` is dropped after it.
+    pub(crate) fn ending(mut self, other: impl Send + 'static) -> Self {
+        self.ends_with_it = Some(Box::new(other));
         self
     }
 }
 
-impl fmt::Debug for Hand {
+impl fmt::Debug for PointerHandle {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter
-            .debug_struct("Hand")
+            .debug_struct("PointerHandle")
             .field("user", &self.user)
             .field("spring", &self.spring)
             .finish_non_exhaustive()
     }
 }
 
-impl Drop for Hand {
+impl Drop for PointerHandle {
     fn drop(&mut self) {
-        if let Some(mut reins) = self.reins.take() {
-            reins.write(None);
-            *self.shelf.lock().unwrap_or_else(PoisonError::into_inner) = Some(reins);
+        if let Some(mut writer) = self.writer.take() {
+            writer.write(None);
+            *self.free.lock().unwrap_or_else(PoisonError::into_inner) = Some(writer);
         }
     }
 }
 
 /// A hand of this process that pointers may take, one at a time.
-pub(crate) struct Place {
+pub(crate) struct GuidedHand {
     pub(crate) user: HostIndex,
     spring: SpringDamper,
-    shelf: Arc<Shelf>,
+    free: Arc<FreeWriter>,
 }
 
-impl Place {
+impl GuidedHand {
     /// The place of the user at `host` of a scene, and the haptic thread's end of the way to it.
-    pub(crate) fn new(scene: &Scene, host: HostIndex) -> (Self, GuideSlot) {
-        let (reins, said) = triple_buffer::triple_buffer(&None);
-        let shelf = Arc::new(Mutex::new(Some(reins)));
-        (Self { user: host, spring: guided::spring(scene, host), shelf }, GuideSlot { said })
+    pub(crate) fn new(scene: &Scene, host: HostIndex) -> (Self, PointerGuide) {
+        let (writer, said) = triple_buffer::triple_buffer(&None);
+        let free = Arc::new(Mutex::new(Some(writer)));
+        (Self { user: host, spring: pointer_spring(scene, host), free }, PointerGuide { said })
     }
 
     /// The hand, whose fingers stay where they are until it is told more; `None` while somebody has it.
-    pub(crate) fn take(&self, session: &Arc<Control>) -> Option<Hand> {
-        let mut reins = self.shelf.lock().unwrap_or_else(PoisonError::into_inner).take()?;
-        reins.write(Some(Targets::new()));
-        Some(Hand {
+    pub(crate) fn take(&self, session: &Arc<Control>) -> Option<PointerHandle> {
+        let mut writer = self.free.lock().unwrap_or_else(PoisonError::into_inner).take()?;
+        writer.write(Some(Targets::new()));
+        Some(PointerHandle {
             user: self.user,
             spring: self.spring,
-            reins: Some(reins),
-            shelf: Arc::clone(&self.shelf),
+            writer: Some(writer),
+            free: Arc::clone(&self.free),
             session: Arc::clone(session),
-            guest: None,
+            ends_with_it: None,
         })
     }
 
     /// Whether a pointer has it.
     pub(crate) fn is_taken(&self) -> bool {
-        self.shelf.lock().unwrap_or_else(PoisonError::into_inner).is_none()
+        self.free.lock().unwrap_or_else(PoisonError::into_inner).is_none()
     }
 }
 
 /// The haptic thread's end.
 #[derive(Debug)]
-pub(crate) struct GuideSlot {
+pub(crate) struct PointerGuide {
     said: triple_buffer::Output<Option<Targets>>,
 }
 
-impl Guide for GuideSlot {
+impl Guide for PointerGuide {
     fn targets(&mut self) -> Option<Targets> {
         self.said.read().clone()
     }
 }
 
-impl Control {
-    /// Whether the session has ended or is about to.
-    pub(crate) fn is_over(&self) -> bool {
-        self.ended.load(Ordering::Acquire) || self.stop.load(Ordering::Relaxed)
-    }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::Ordering;
+
     use super::*;
 
-    fn place() -> (Place, GuideSlot, Arc<Control>) {
+    fn place() -> (GuidedHand, PointerGuide, Arc<Control>) {
         let scene = cotouch_scene::load("single-axis", &[]).unwrap();
-        let (place, slot) = Place::new(&scene, HostIndex::FIRST);
+        let (place, slot) = GuidedHand::new(&scene, HostIndex::FIRST);
         (place, slot, Arc::new(Control::default()))
     }
 

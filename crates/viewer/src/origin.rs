@@ -16,14 +16,14 @@ pub(crate) const HEADERS: [(HeaderName, HeaderValue); 4] = [
 
 /// Why a request is refused.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Refusal {
+pub(crate) enum RequestRefusal {
     /// The name in `Host` could be anybody's: another site may have pointed it here (DNS rebinding).
     Host,
     /// The page that asks was served by someone else.
     Origin,
 }
 
-impl Refusal {
+impl RequestRefusal {
     pub(crate) const fn in_words(self) -> &'static str {
         match self {
             Self::Host => "ask for this page by the server's IP address, or as localhost\n",
@@ -33,16 +33,16 @@ impl Refusal {
 }
 
 /// Lets through what asks for this server by address or as `localhost` and comes from its own page or from no page.
-pub(crate) fn check(headers: &HeaderMap) -> Result<(), Refusal> {
+pub(crate) fn check(headers: &HeaderMap) -> Result<(), RequestRefusal> {
     let text = |name: HeaderName| headers.get(name).map(|value| value.to_str().unwrap_or(""));
     let host = text(header::HOST).unwrap_or("");
     if !is_address(host) {
-        return Err(Refusal::Host);
+        return Err(RequestRefusal::Host);
     }
     match text(header::ORIGIN) {
         None => Ok(()),
         Some(origin) if origin.strip_prefix("http://") == Some(host) => Ok(()),
-        Some(_) => Err(Refusal::Origin),
+        Some(_) => Err(RequestRefusal::Origin),
     }
 }
 
@@ -74,12 +74,16 @@ mod tests {
         for host in ["127.0.0.1:7700", "localhost:7700", "localhost", "[::1]:7700", "192.168.1.5:80"] {
             assert_eq!(check(&headers(host, None)), Ok(()), "{host}");
             assert_eq!(check(&headers(host, Some(&format!("http://{host}")))), Ok(()), "{host}");
-            assert_eq!(check(&headers(host, Some("http://evil.example"))), Err(Refusal::Origin), "{host}");
-            assert_eq!(check(&headers(host, Some("null"))), Err(Refusal::Origin), "{host}");
+            assert_eq!(
+                check(&headers(host, Some("http://evil.example"))),
+                Err(RequestRefusal::Origin),
+                "{host}"
+            );
+            assert_eq!(check(&headers(host, Some("null"))), Err(RequestRefusal::Origin), "{host}");
         }
         for host in ["evil.example", "evil.example:7700", "127.0.0.1.evil.example", ""] {
-            assert_eq!(check(&headers(host, None)), Err(Refusal::Host), "{host}");
+            assert_eq!(check(&headers(host, None)), Err(RequestRefusal::Host), "{host}");
         }
-        assert_eq!(check(&HeaderMap::new()), Err(Refusal::Host));
+        assert_eq!(check(&HeaderMap::new()), Err(RequestRefusal::Host));
     }
 }

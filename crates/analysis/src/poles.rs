@@ -1,0 +1,212 @@
+//! The eigenvalues of a loop, and what they say.
+
+use nalgebra::{Complex, DMatrix, DVector};
+
+use crate::check::check;
+use crate::deflate::deflate;
+use crate::dominant::{Dominant, axis_of_largest, dominant_axis};
+use crate::eigenvalues::{self, EigenvalueError, balance, of_balanced};
+use crate::lift::layout::{Layout, Registers};
+use crate::lift::stepping;
+use crate::loop_spec::LoopSpec;
+use crate::rigid::Structure;
+use crate::soft::SoftAnalysisError;
+use crate::symmetry::{Share, split};
+use crate::verdict::{AnalysisError, LoopStability, is_stable};
+
+/// Beyond this, in SI units, sums of squares would overflow.
+const LARGEST_GROWTH: f64 = 1e120;
+
+/// States squared times ticks of a pattern: some seconds of work.
+const MAX_WORK: f64 = 1e9;
+
+/// Of a loop with blocks: numbers in a state, some ten seconds of work for eigenvalues; and ticks of a pattern times these,
+/// some ten seconds of stepping.
+const MAX_BLOCK_STATES: usize = 2000;
+const MAX_BLOCK_WORK: f64 = 1e8;
+
+/// Analyses one linear loop.
+///
+/// # Errors
+/// When the description is inconsistent, or the eigenvalue iteration does not converge (never seen).
+pub fn analyze_loop(spec: &LoopSpec) -> Result<LoopStability, AnalysisError> {
+    judge(spec, true)
+}
+
+/// The same; without a look for the axis if that is not wanted.
+pub(crate) fn judge(spec: &LoopSpec, with_axis: bool) -> Result<LoopStability, AnalysisError> {
+    check_size(spec)?;
+    let poles = split(spec).into_iter().map(|share| poles(&share, with_axis));
+    let Some(shares) = poles.collect::<Result<Option<Vec<_>>, _>>()? else { return Ok(outgrown()) };
+    Ok(together(shares))
+}
+
+/// Whether a loop can be analysed.
+pub(crate) fn check_size(spec: &LoopSpec) -> Result<(), AnalysisError> {
+    check(spec)?;
+    let layout = Layout::new(spec, Registers::Shared);
+    let (states, ticks) = (layout.coordinates.len(), spec.ticks_per_pattern());
+    let (size, pattern) = (states as f64, ticks as f64);
+    if spec.blocks.is_empty() {
+        return if size * size * pattern > MAX_WORK {
+            Err(AnalysisError::TooLarge { states, ticks })
+        } else {
+            Ok(())
+        };
+    }
+    if states > MAX_BLOCK_STATES || size * pattern > MAX_BLOCK_WORK {
+        return Err(SoftAnalysisError::TooLarge { states, ticks }.into());
+    }
+    Ok(())
+}
+
+/// The eigenvalues of one share of a loop.
+struct Poles {
+    eigenvalues: Vec<Complex<f64>>,
+    copies: usize,
+    rigid: usize,
+    dragged: usize,
+    loose: usize,
+    axis: Option<&'static str>,
+}
+
+/// Nothing where the state outgrows floating point.
+fn poles(share: &Share, with_axis: bool) -> Result<Option<Poles>, EigenvalueError> {
+    let spec = &share.spec;
+    let layout = Layout::new(spec, Registers::Shared);
+    let matrix = stepping::lift(spec, &layout);
+    if has_outgrown(&matrix) {
+        return Ok(None);
+    }
+    let structure = structure(share, &layout, &matrix);
+    let (rigid, dragged, loose) = (structure.rigid.len(), structure.dragged, structure.loose.len());
+    let Remaining { eigenvalues, dominant } = if with_axis {
+        remaining_eigenvalues(spec, &layout, matrix, &structure)?
+    } else {
+        Remaining { eigenvalues: poles_of(matrix, &structure)?, dominant: None }
+    };
+    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, axis: dominant }))
+}
+
+/// What of a share's map is 1 by structure.
+pub(crate) fn structure(share: &Share, layout: &Layout, map: &DMatrix<f64>) -> Structure {
+    if share.opposed { Structure::default() } else { Structure::new(&share.spec, layout, map) }
+}
+
+pub(crate) fn has_outgrown(map: &DMatrix<f64>) -> bool {
+    map.iter().any(|value| !value.is_finite() || value.abs() > LARGEST_GROWTH)
+}
+
+fn together(shares: Vec<Poles>) -> LoopStability {
+    let radius = |share: &Poles| eigenvalues::spectral_radius(&share.eigenvalues);
+    let axis = shares.iter().max_by(|one, other| radius(one).total_cmp(&radius(other)));
+    let axis = axis.and_then(|share| share.axis);
+    let sum = |count: fn(&Poles) -> usize| shares.iter().map(count).sum::<usize>();
+    let (rigid, dragged, loose_parts) =
+        (sum(|share| share.rigid), sum(|share| share.dragged), sum(|share| share.loose));
+    let mut eigenvalues = Vec::new();
+    for share in shares {
+        (0..share.copies).for_each(|_| eigenvalues.extend_from_slice(&share.eigenvalues));
+    }
+    let drag_pole = (dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
+    eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
+    let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
+    LoopStability {
+        spectral_radius,
+        stable: is_stable(spectral_radius, loose_parts),
+        rigid_body_poles: rigid as u8,
+        drag_pole,
+        loose_parts,
+        axis,
+        eigenvalues,
+    }
+}
+
+/// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
+fn outgrown() -> LoopStability {
+    LoopStability {
+        spectral_radius: f64::INFINITY,
+        stable: false,
+        rigid_body_poles: 0,
+        drag_pole: None,
+        loose_parts: 0,
+        axis: None,
+        eigenvalues: Vec::new(),
+    }
+}
+
+/// What does not follow from structure.
+struct Remaining {
+    eigenvalues: Vec<Complex<f64>>,
+    /// The axis of the largest one.
+    dominant: Option<&'static str>,
+}
+
+fn remaining_eigenvalues(
+    spec: &LoopSpec,
+    layout: &Layout,
+    mut matrix: DMatrix<f64>,
+    structure: &Structure,
+) -> Result<Remaining, EigenvalueError> {
+    let scales = balance(&mut matrix);
+    let only_axis = dominant_axis(spec);
+    let balanced = matches!(only_axis, Dominant::Among).then(|| matrix.clone());
+    let eigenvalues = eigenvalues_of_rest(matrix, &scales, structure)?;
+    let dominant = match (only_axis, balanced) {
+        (Dominant::Only(axis), _) => Some(axis),
+        (Dominant::Among, Some(balanced)) => axis_of_largest(spec, layout, &balanced, &scales, &eigenvalues),
+        (Dominant::Among, None) => None,
+    };
+    Ok(Remaining { eigenvalues, dominant })
+}
+
+/// The eigenvalues of a map that do not follow from structure.
+pub(crate) fn poles_of(
+    mut map: DMatrix<f64>,
+    structure: &Structure,
+) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let scales = balance(&mut map);
+    eigenvalues_of_rest(map, &scales, structure)
+}
+
+/// Of a map that was balanced with `scales`.
+fn eigenvalues_of_rest(
+    mut matrix: DMatrix<f64>,
+    scales: &[f64],
+    structure: &Structure,
+) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let unscale = |vector: &DVector<f64>| DVector::from_fn(vector.len(), |i, _| vector[i] / scales[i]);
+    let mut vectors: Vec<_> = structure.rigid.iter().chain(&structure.loose).map(unscale).collect();
+    let deflated = !vectors.is_empty();
+    vectors.reverse();
+    // Each vector is an eigenvector once those before it are gone.
+    while let Some(vector) = vectors.pop() {
+        debug_assert!(
+            is_eigenvector(&matrix, &vector, structure.rounding),
+            "a structural vector must belong to the eigenvalue 1"
+        );
+        let (reduced, reflection) = deflate(&matrix, &vector);
+        matrix = reduced;
+        for later in &mut vectors {
+            *later = reflection.deflate_vector(later);
+        }
+    }
+    if deflated {
+        balance(&mut matrix);
+    }
+    eigenvalues::check(&matrix)?;
+    of_balanced(&matrix)
+}
+
+/// Whether `A·v = v`, to a relative `rounding`.
+fn is_eigenvector(matrix: &DMatrix<f64>, vector: &DVector<f64>, rounding: f64) -> bool {
+    (matrix * vector - vector).norm() <= rounding * (1.0 + matrix.norm()) * vector.norm()
+}
+
+fn nearest_to_one(eigenvalues: &[Complex<f64>]) -> Option<f64> {
+    let real = eigenvalues.iter().filter(|value| value.im == 0.0).map(|value| value.re);
+    real.min_by(|a, b| (a - 1.0).abs().total_cmp(&(b - 1.0).abs()))
+}
+
+#[cfg(test)]
+mod tests;
