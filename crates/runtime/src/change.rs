@@ -4,8 +4,7 @@
 //! of the local model, the governor's damping and passivity control, and what the network does to packets. States are kept, so nothing else may: who takes part and
 //! with what, where things are, rates, delays. A change is made outside of the haptic thread, which only swaps it in.
 
-use cotouch_host::model::HostModel;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene, SceneValues};
 

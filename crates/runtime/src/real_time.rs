@@ -9,7 +9,7 @@ use std::thread;
 use std::time::Duration;
 
 use cotouch_device::{Device, DeviceOpenError};
-use cotouch_host::soft::SlowLoop;
+use cotouch_host::SlowLoop;
 use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, Link, PlayOut, Scene};

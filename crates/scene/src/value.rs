@@ -134,9 +134,15 @@ macro_rules! choice {
                 [$(Self::$variant),+][0]
             }
         }
+        /// The word that a scene has for it.
+        impl std::fmt::Display for $kind {
+            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str(match self { $(Self::$variant => $word),+ })
+            }
+        }
         impl $crate::value::Field for $kind {
             fn value(&self) -> $crate::value::Value {
-                $crate::value::Value::Text(match self { $(Self::$variant => $word),+ }.to_owned())
+                $crate::value::Value::Text(self.to_string())
             }
             fn assign(&mut self, value: $crate::value::Value) {
                 match value {

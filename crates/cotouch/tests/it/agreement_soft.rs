@@ -9,7 +9,7 @@ use crate::support::{assert_nothing_acted, visit};
 use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::soft::compile_unreduced;
 use cotouch_device::SimulatedUser;
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::{Coordinate, HostIndex};

@@ -7,7 +7,7 @@
 use crate::support::Probe;
 use cotouch_analysis::compile::compile_at;
 use cotouch_analysis::operating_point::{FingerContact, OperatingPoint};
-use cotouch_host::output::ContactPoint;
+use cotouch_host::ContactPoint;
 use cotouch_net::{Entry, StatePacket};
 use cotouch_runtime::record::TickRecord;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};

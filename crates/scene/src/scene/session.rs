@@ -36,7 +36,7 @@ pub enum Architecture {
 
 choice!(Architecture { "centralized" => Centralized, "distributed" => Distributed });
 
-/// How copies of the object are kept together.
+/// How copies of the object are kept together: a scheme of `cotouch_world::coordination`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Coordination {
