@@ -1,9 +1,7 @@
 //! A server and a host that joined it, fed with datagrams from peers and strangers: no panic, bounded replies.
 #![no_main]
 
-use std::net::SocketAddr;
-
-use cotouch_net::session::{Config, Endpoint, StartWhen, Transmit};
+use cotouch_net::{Config, Endpoint, Route, StartWhen, Transmit};
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::time::LocalTime;
 use libfuzzer_sys::fuzz_target;
@@ -31,14 +29,14 @@ fn config(seed: u64) -> Config {
 }
 
 /// Hands all that waits from one to the other.
-fn exchange(now: LocalTime, server: (&mut Endpoint, SocketAddr), client: (&mut Endpoint, SocketAddr)) {
+fn exchange(now: LocalTime, server: (&mut Endpoint, Route), client: (&mut Endpoint, Route)) {
     for _ in 0..8 {
-        while let Some(Transmit { to, bytes }) = client.0.poll_transmit(now) {
+        while let Some(Transmit { to, bytes }) = client.0.poll_transmit() {
             if to == server.1 {
                 server.0.handle_datagram(now, client.1, &bytes);
             }
         }
-        while let Some(Transmit { to, bytes }) = server.0.poll_transmit(now) {
+        while let Some(Transmit { to, bytes }) = server.0.poll_transmit() {
             if to == client.1 {
                 client.0.handle_datagram(now, server.1, &bytes);
             }
@@ -48,12 +46,12 @@ fn exchange(now: LocalTime, server: (&mut Endpoint, SocketAddr), client: (&mut E
 }
 
 fuzz_target!(|data: &[u8]| {
-    let server_address: SocketAddr = "10.0.0.1:1".parse().unwrap();
-    let client_address: SocketAddr = "10.0.0.2:1".parse().unwrap();
-    let stranger: SocketAddr = "10.0.0.3:1".parse().unwrap();
+    let server_route = Route::V4("10.0.0.1:1".parse().unwrap());
+    let client_route = Route::V4("10.0.0.2:1".parse().unwrap());
+    let stranger = Route::V4("10.0.0.3:1".parse().unwrap());
     let mut now = LocalTime(0);
     let mut server = Endpoint::serve(config(1), now);
-    let mut client = Endpoint::join(config(2), server_address, now);
+    let mut client = Endpoint::join(config(2), server_route, now);
     let mut rest = data;
     // Each piece: what to do, how long to wait, how many bytes follow.
     while let [what, wait, length, tail @ ..] = rest {
@@ -70,11 +68,11 @@ fuzz_target!(|data: &[u8]| {
         }
         match what >> 1 & 3 {
             0 => server.handle_datagram(now, stranger, &bytes),
-            1 => server.handle_datagram(now, client_address, &bytes),
-            2 => client.handle_datagram(now, server_address, &bytes),
+            1 => server.handle_datagram(now, client_route, &bytes),
+            2 => client.handle_datagram(now, server_route, &bytes),
             _ => {}
         }
-        exchange(now, (&mut server, server_address), (&mut client, client_address));
+        exchange(now, (&mut server, server_route), (&mut client, client_route));
         assert!(server.peers().count() <= 2 && client.peers().count() <= 2);
     }
 });

@@ -1,7 +1,7 @@
 //! Datagrams from anywhere: decoding never panics, and what is accepted encodes to the same bytes.
 #![no_main]
 
-use cotouch_net::wire::{MAX_DATAGRAM, decode_control, decode_state, encode_state};
+use cotouch_net::{MAX_DATAGRAM, decode_control, decode_state, encode_state};
 use libfuzzer_sys::fuzz_target;
 use xxhash_rust::xxh3::xxh3_64;
 

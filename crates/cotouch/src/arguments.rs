@@ -9,7 +9,7 @@ use std::process::ExitCode;
 use clap::Parser as _;
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Grid, Sweep};
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::DeviceChoice;
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;

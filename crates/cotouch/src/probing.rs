@@ -4,9 +4,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use cotouch_net::probe::{self, ProbeConfig, ProbeReport};
-use cotouch_net::route::Route;
-use cotouch_net::wire::MAX_DATAGRAM;
+use cotouch_net::{MAX_DATAGRAM, ProbeConfig, ProbeReport, Prober, Route, reflect_probe};
 use cotouch_runtime::clock;
 use cotouch_runtime::transport::{self, Arrival, DynTransport};
 use cotouch_scene::time::Rate;
@@ -45,7 +43,7 @@ impl Reflector {
         let mut reflected = 0;
         while !stop.is_set() {
             let Some(Arrival { at, from, length }) = receive(&*self.end, &mut buffer)? else { continue };
-            let Some(echo) = probe::reflect(&buffer[..length]) else { continue };
+            let Some(echo) = reflect_probe(&buffer[..length]) else { continue };
             // A full buffer or an unreachable asker is a loss like any other.
             reflected += u64::from(self.end.send(at, from, &echo).is_ok());
         }
@@ -54,12 +52,12 @@ impl Reflector {
 }
 
 /// The end that measures.
-pub(crate) struct Prober {
+pub(crate) struct LinkProbe {
     end: Box<DynTransport>,
     server: Route,
 }
 
-impl Prober {
+impl LinkProbe {
     /// Measures the link to `server`.
     pub(crate) fn connect(server: Route) -> anyhow::Result<Self> {
         Ok(Self { end: transport::connect(server)?, server })
@@ -81,7 +79,7 @@ impl Prober {
             linger_s: LINGER_S,
             id: start.0 as u64,
         };
-        let core = Mutex::new(probe::Prober::new(config, self.server, start));
+        let core = Mutex::new(Prober::new(config, self.server, start));
         let ended = Stop::default();
         std::thread::scope(|scope| {
             let listener = scope.spawn(|| listen(&*self.end, &core, &ended));
@@ -97,7 +95,7 @@ impl Prober {
 /// Sends what is due, when it is due, then waits for stragglers.
 fn send(
     end: &DynTransport,
-    core: &Mutex<probe::Prober>,
+    core: &Mutex<Prober>,
     stop: &Stop,
     show: &mut dyn FnMut(f64),
 ) -> anyhow::Result<()> {
@@ -122,7 +120,7 @@ fn send(
 }
 
 /// Takes in what comes, until `ended`.
-fn listen(end: &DynTransport, core: &Mutex<probe::Prober>, ended: &Stop) -> anyhow::Result<()> {
+fn listen(end: &DynTransport, core: &Mutex<Prober>, ended: &Stop) -> anyhow::Result<()> {
     let mut buffer = [0; MAX_DATAGRAM + 1];
     while !ended.is_set() {
         if let Some(Arrival { at, from, length }) = receive(end, &mut buffer)? {
@@ -155,7 +153,7 @@ mod tests {
         let (route, stop) = (reflector.route(), Stop::default());
         std::thread::scope(|scope| {
             let serving = scope.spawn(|| reflector.run(&stop));
-            let mut prober = Prober::connect(route).unwrap();
+            let mut prober = LinkProbe::connect(route).unwrap();
             let report = prober.measure("500".parse().unwrap(), 0.2, &Stop::default(), &mut |_| {}).unwrap();
             stop.set();
             assert_eq!((report.sent, report.received, report.lost), (100, 100, 0));
@@ -166,7 +164,7 @@ mod tests {
     #[test]
     fn nobody_there_is_a_loss_and_no_failure() {
         let free = transport::listen(loopback()).unwrap().route().unwrap();
-        let mut prober = Prober::connect(free).unwrap();
+        let mut prober = LinkProbe::connect(free).unwrap();
         let report = prober.measure("100".parse().unwrap(), 0.05, &Stop::default(), &mut |_| {}).unwrap();
         assert_eq!((report.received, report.lost), (0, 5));
     }

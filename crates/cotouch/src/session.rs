@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::live::{LiveSession, numbered};
 use cotouch_runtime::real_time;
 use cotouch_runtime::record::{RecordKind, TickRecord};

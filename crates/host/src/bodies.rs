@@ -5,7 +5,7 @@ use arrayvec::ArrayVec;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::limits::MAX_BODIES;
 use cotouch_scene::scene::{Body, Scene, Space, Wall};
-use cotouch_world::wall::Plane;
+use cotouch_world::wall::FixedPlane;
 use cotouch_world::{
     BodyState, ContactForce, ContactModel, ContactState, Freedom, GroundFriction, Inertia, Sphere, Stepper,
     Surface, touch,
@@ -101,14 +101,14 @@ impl BodyModel {
         } else {
             Surface::new(&body.shape)
         };
-        let (inertia, freedom) = (Inertia::of(body), Freedom::of(scene.space));
+        let (inertia, freedom) = (Inertia::from_body(body), Freedom::from_space(scene.space));
         let period_s = scene.rates.control_hz.period_s();
         let damping = &scene.object;
         Self {
             start: BodyState::start(body),
             fixed: body.fixed,
             inverse_mass_per_kg: inertia.inverse_mass_per_kg,
-            stepper: Stepper::of(inertia, period_s, scene.session.integrator, freedom),
+            stepper: Stepper::rigid(inertia, period_s, scene.session.integrator, freedom),
             ground: GroundFriction::new(&scene.ground, inertia, period_s, freedom),
             weight_n: scene.gravity_m_per_s2 * body.mass_kg,
             damping_n_s_per_m: DVec3::splat(damping.damping_n_s_per_m) + damping.axis_damping_n_s_per_m,
@@ -167,7 +167,7 @@ impl BodyModel {
 /// The one wall across the x axis, or `[[wall.plane]]`, in the words of a wall across an axis.
 fn point_walls(scene: &Scene) -> Vec<(Wall, DVec3)> {
     let wall = |plane| {
-        let Plane { point, normal } = Plane::new(&plane);
+        let FixedPlane { point, normal } = FixedPlane::new(&plane);
         (Wall { position_m: point.dot(-normal), ..scene.wall.clone() }, -normal)
     };
     scene.walls().into_iter().map(wall).collect()

@@ -1,7 +1,7 @@
 //! What a client of the centralized architecture does with what the server says: Fotoohi Ghiam 2006, Fig. 4.3,
 //! (4.25)–(4.27), any number of clients.
 
-use cotouch_net::packet::Entry;
+use cotouch_net::Entry;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_world::BodyState;

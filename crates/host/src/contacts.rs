@@ -6,7 +6,7 @@
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, SpringDamper};
-use cotouch_world::wall::Plane;
+use cotouch_world::wall::FixedPlane;
 use cotouch_world::{BodyState, Cancellation, ContactForce, ContactModel, ContactState, Sphere, touch_plane};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -26,7 +26,7 @@ pub(crate) struct Contacts {
     table: ContactTable,
     slots: CouplerSlots,
     finger_radius_m: f64,
-    walls: Vec<Plane>,
+    walls: Vec<FixedPlane>,
     /// Own fingers.
     own: ContactModel,
     /// Held fingers of others.
@@ -58,8 +58,11 @@ impl Contacts {
         let models = bodies.models();
         let surfaces: Vec<usize> =
             (0..models.len()).filter(|&body| has_world && models[body].surface.exists()).collect();
-        let walls: Vec<Plane> =
-            if surfaces.is_empty() { Vec::new() } else { scene.walls().iter().map(Plane::new).collect() };
+        let walls: Vec<FixedPlane> = if surfaces.is_empty() {
+            Vec::new()
+        } else {
+            scene.walls().iter().map(FixedPlane::new).collect()
+        };
         let (contact, coupling, wall) = (&scene.contact, &scene.coupling, &scene.wall);
         let finger = |normal, tangential| ContactModel {
             normal,
@@ -252,7 +255,7 @@ impl Contacts {
         let body = &states[group.body];
         let corners = bodies.models()[group.body].surface.corners();
         for (index, (corner, contact)) in corners.iter().zip(contacts).enumerate() {
-            let sphere = Sphere::of_corner(corner, (&body.pose, &body.twist));
+            let sphere = Sphere::from_corner(corner, (&body.pose, &body.twist));
             let found = match group.against {
                 Obstacle::Wall(wall) => {
                     touch_plane(&self.wall, contact, &self.walls[usize::from(wall)], &sphere)

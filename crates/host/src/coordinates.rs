@@ -1,6 +1,6 @@
 //! Where each coordinate of a session's state lives at a host, so that it can be read and written by its name.
 
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::{Axis, Coordinate, Part, Quantity};
 use cotouch_world::coupler::rotation_vector;

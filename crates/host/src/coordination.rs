@@ -4,7 +4,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use cotouch_net::packet::{ChannelVectors, Entry, StatePacket};
+use cotouch_net::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::limits::MAX_CHANNEL_VECTORS;
 use cotouch_scene::names::HostIndex;

@@ -1,7 +1,6 @@
 //! What a host knows of its peers: whether they are there, how far their couplings have faded in, and their samples.
 
-use cotouch_net::packet::StatePacket;
-use cotouch_net::play_out::PlayOutBuffer;
+use cotouch_net::{PlayOutBuffer, StatePacket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{PlayOut, Scene};
 use glam::DVec3;

@@ -1,6 +1,6 @@
 //! What is in samples, and how to find it.
 
-use cotouch_net::packet::{ChannelVectors, Entry, StatePacket};
+use cotouch_net::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::Readings;
 use cotouch_scene::names::HostIndex;
 use cotouch_world::BodyState;

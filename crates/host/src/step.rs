@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Reading, Readings, Wrench};
 use cotouch_scene::names::HostIndex;
 use glam::DVec3;

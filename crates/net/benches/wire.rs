@@ -2,8 +2,7 @@
 
 use std::hint::black_box;
 
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::wire::{MAX_DATAGRAM, decode_state, encode_state};
+use cotouch_net::{Entry, MAX_DATAGRAM, StatePacket, decode_state, encode_state};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::SessionTime;

@@ -16,13 +16,13 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 use serde::{Deserialize, Serialize};
 
 /// Two clocks' rates differ by no more than this (quartz: ±50 ppm each). The stated error bound rests on it.
-pub const MAX_DRIFT: f64 = 100e-6;
+const MAX_DRIFT: f64 = 100e-6;
 
 /// Largest share by which the session clock runs faster or slower to mend an error.
-pub const MAX_SLEW: f64 = 500e-6;
+const MAX_SLEW: f64 = 500e-6;
 
 /// Exchanges after which a clock counts as agreed upon.
-pub const EXCHANGES_TO_AGREE: u32 = 8;
+const EXCHANGES_TO_AGREE: u32 = 8;
 
 const WINDOW: usize = 64;
 const EPOCHS: usize = 32;
@@ -101,7 +101,7 @@ impl ClockMap {
     }
 
     /// The session's clock and this map differ by no more than this at `local`, ns, provided that the clocks' rates
-    /// differ by no more than [`MAX_DRIFT`].
+    /// differ by no more than 100 ppm.
     #[must_use]
     pub fn error_bound_ns(&self, local: LocalTime) -> i64 {
         let age = local.0.saturating_sub(self.base_local).saturating_abs();
@@ -128,7 +128,7 @@ impl ClockMap {
 
 /// One exchange of four time stamps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Exchange {
+pub(crate) struct Exchange {
     /// t1: when the question was sent.
     pub sent: LocalTime,
     /// t2: when the server received it, on the server's clock.
@@ -142,7 +142,7 @@ pub struct Exchange {
 impl Exchange {
     /// δ: the round trip without the server's own time, ns; `None` when the time stamps contradict each other.
     #[must_use]
-    pub fn round_trip_ns(&self) -> Option<i64> {
+    pub(crate) fn round_trip_ns(&self) -> Option<i64> {
         let outside = self.returned.0.checked_sub(self.sent.0)?;
         let inside = self.answered_ns.checked_sub(self.received_ns)?;
         let drift_allowance = (outside.max(0) as f64 * MAX_DRIFT).ceil() as i64;
@@ -150,26 +150,26 @@ impl Exchange {
         (inside >= 0 && round_trip >= -drift_allowance).then_some(round_trip.max(0))
     }
 
-    fn sample(&self) -> Option<Sample> {
+    fn sample(&self) -> Option<OffsetSample> {
         let round_trip_ns = self.round_trip_ns()?;
         let out = self.received_ns.checked_sub(self.sent.0)?;
         let back = self.answered_ns.checked_sub(self.returned.0)?;
         let offset_ns = ((i128::from(out) + i128::from(back)) / 2) as i64;
         let lasted = self.returned.since(self.sent) as f64;
         let half_width_ns = round_trip_ns / 2 + 1 + (lasted * MAX_DRIFT).ceil() as i64;
-        Some(Sample { at: self.returned.0, offset_ns, half_width_ns })
+        Some(OffsetSample { at: self.returned.0, offset_ns, half_width_ns })
     }
 }
 
 /// An offset, and how far it can be off.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-struct Sample {
+struct OffsetSample {
     at: i64,
     offset_ns: i64,
     half_width_ns: i64,
 }
 
-impl Sample {
+impl OffsetSample {
     fn half_width_at(&self, now: i64, ageing: f64) -> i64 {
         self.half_width_ns.saturating_add((now.saturating_sub(self.at) as f64 * ageing).ceil() as i64)
     }
@@ -177,11 +177,11 @@ impl Sample {
 
 /// Turns exchanges into a [`ClockMap`]. No allocation; bounded work an exchange.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct ClockFilter {
+pub(crate) struct ClockFilter {
     /// The latest exchanges, oldest first.
-    window: ArrayVec<Sample, WINDOW>,
+    window: ArrayVec<OffsetSample, WINDOW>,
     /// The best exchange of each of the last two-second epochs, oldest first: the baseline of the drift.
-    epochs: ArrayVec<Sample, EPOCHS>,
+    epochs: ArrayVec<OffsetSample, EPOCHS>,
     exchanges: u32,
     map: Option<ClockMap>,
     steady: bool,
@@ -189,7 +189,7 @@ pub struct ClockFilter {
 
 impl ClockFilter {
     /// Takes one exchange; contradictory time stamps are ignored.
-    pub fn observe(&mut self, exchange: &Exchange) {
+    pub(crate) fn observe(&mut self, exchange: &Exchange) {
         let Some(sample) = exchange.sample() else { return };
         if self.window.last().is_some_and(|last| sample.at < last.at) {
             return;
@@ -205,24 +205,24 @@ impl ClockFilter {
 
     /// The map from local time to the *server's* time, once there was an exchange.
     #[must_use]
-    pub const fn map(&self) -> Option<ClockMap> {
+    pub(crate) const fn map(&self) -> Option<ClockMap> {
         self.map
     }
 
     /// Whether there were enough exchanges to rely on the map.
     #[must_use]
-    pub fn is_agreed(&self) -> bool {
+    pub(crate) fn is_agreed(&self) -> bool {
         self.exchanges >= EXCHANGES_TO_AGREE
     }
 
     /// From now on the map never jumps: errors are mended by running faster or slower, by [`MAX_SLEW`] at most.
-    pub fn keep_steady(&mut self) {
+    pub(crate) fn keep_steady(&mut self) {
         self.steady = true;
     }
 
-    fn note_epoch(&mut self, sample: Sample) {
+    fn note_epoch(&mut self, sample: OffsetSample) {
         let same_epoch =
-            |other: &&mut Sample| other.at.div_euclid(EPOCH_NS) == sample.at.div_euclid(EPOCH_NS);
+            |other: &&mut OffsetSample| other.at.div_euclid(EPOCH_NS) == sample.at.div_euclid(EPOCH_NS);
         match self.epochs.last_mut().filter(same_epoch) {
             Some(best) if best.half_width_ns <= sample.half_width_ns => {}
             Some(best) => *best = sample,
@@ -259,7 +259,7 @@ impl ClockFilter {
 
     /// The interval in which the offset lies at `now`, by all exchanges of the window.
     fn bounds(&mut self, now: i64) -> (i64, i64) {
-        let interval = |sample: &Sample| {
+        let interval = |sample: &OffsetSample| {
             let half = sample.half_width_at(now, MAX_DRIFT);
             (sample.offset_ns.saturating_sub(half), sample.offset_ns.saturating_add(half))
         };
@@ -293,7 +293,7 @@ impl ClockFilter {
         let Some(first) = self.epochs.first() else { return 0.0 };
         let shortest = self.epochs.iter().map(|sample| sample.half_width_ns).min().unwrap_or(0);
         // What an exchange's offset is typically off by: a part of what its round trip has beyond the shortest, s.
-        let deviation = |sample: &Sample| (sample.half_width_ns - shortest) as f64 * 1e-9 + 10e-6;
+        let deviation = |sample: &OffsetSample| (sample.half_width_ns - shortest) as f64 * 1e-9 + 10e-6;
         let points = self.epochs.iter().map(|sample| {
             let t = sample.at.saturating_sub(first.at) as f64 * 1e-9;
             let offset = sample.offset_ns.saturating_sub(first.offset_ns) as f64 * 1e-9;

@@ -3,22 +3,22 @@
 //! The caller owns the socket and the clock; this crate is a set of values to which datagrams and instants are handed. The layers,
 //! from the wire up:
 //!
-//! - [`packet`], [`message`], [`wire`]: what is said and how it looks as bytes.
-//! - [`clock`]: agreement on one clock. Four time stamps give the offset `θ = ((t2 − t1) + (t3 − t4))/2`, off by at most half the
-//!   round trip `δ = (t4 − t1) − (t3 − t2)`.
-//! - [`play_out`]: when a sample is used. Scheduled: sample `j` from network step `j + n` on, so that with a latency L the data are
-//!   `max(n, ⌈L/T_t⌉)` periods old.
-//! - [`statistics`]: losses from sequence gaps; rms jitter `√(Σ(r_i − r̄)²/N)`.
-//! - [`session`]: [`Endpoint`](session::Endpoint), one host's end of a session: join, start in phase, exchange, leave, time-out,
-//!   return. [`scene_fetch`] gets the scene before that.
-//! - [`link`]: a simulated link with Gilbert–Elliott loss `p = q/(q + r)`, mean burst `1/r`, jitter, reordering, rate limit.
-//! - [`probe`]: the measurement of a real one.
+//! - [`StatePacket`], [`Control`] and [`encode_state`] with its like: what is said and how it looks as bytes; [`Route`]: where a
+//!   peer is reached.
+//! - [`ClockMap`]: agreement on one clock. Four time stamps give the offset `θ = ((t2 − t1) + (t3 − t4))/2`, off by at most half
+//!   the round trip `δ = (t4 − t1) − (t3 − t2)`.
+//! - [`PlayOutBuffer`]: when a sample is used. Scheduled: sample `j` from network step `j + n` on, so that with a latency L the
+//!   data are `max(n, ⌈L/T_t⌉)` periods old.
+//! - [`LinkStatistics`]: losses from sequence gaps; rms jitter `√(Σ(r_i − r̄)²/N)`.
+//! - [`Endpoint`]: one host's end of a session: join, start in phase, exchange, leave, time-out, return. [`SceneFetch`] gets the
+//!   scene before that.
+//! - [`SimulatedLink`]: Gilbert–Elliott loss `p = q/(q + r)`, mean burst `1/r`, jitter, reordering, rate limit.
+//! - [`Prober`]: the measurement of a real link.
+//!
+//! What carries datagrams between endpoints is a transport: see `cotouch_runtime::transport`.
 //!
 //! ```
-//! use cotouch_net::link::SimulatedLink;
-//! use cotouch_net::packet::StatePacket;
-//! use cotouch_net::play_out::PlayOutBuffer;
-//! use cotouch_net::wire::{MAX_DATAGRAM, decode_state, encode_state};
+//! use cotouch_net::{MAX_DATAGRAM, PlayOutBuffer, SimulatedLink, StatePacket, decode_state, encode_state};
 //! use cotouch_scene::{names::HostIndex, scene::{Impairment, PlayOut}, time::SessionTime};
 //!
 //! let impairment = Impairment { latency_s: 0.003, ..Impairment::NONE };
@@ -33,18 +33,34 @@
 //! buffer.insert(decode_state(bytes)?.2);
 //! assert!(buffer.due_at_step(8).is_none());
 //! assert_eq!(buffer.due_at_step(9), Some(&packet));
-//! # Ok::<(), cotouch_net::wire::WireError>(())
+//! # Ok::<(), cotouch_net::WireError>(())
 //! ```
 
-pub mod clock;
-pub mod link;
-pub mod message;
-pub mod packet;
-pub mod play_out;
-pub mod probe;
-pub mod route;
-pub mod scene_fetch;
-pub mod session;
-pub mod statistics;
-pub mod text;
-pub mod wire;
+mod clock;
+mod link;
+mod message;
+mod packet;
+mod play_out;
+mod probe;
+mod route;
+mod scene_fetch;
+mod session;
+mod statistics;
+mod text;
+mod wire;
+
+pub use clock::ClockMap;
+pub use link::{LinkCounts, SimulatedLink};
+pub use message::{Control, Join, PeerId, Refusal, Roster, RosterEntry};
+pub use packet::{ChannelVectors, Entry, StatePacket};
+pub use play_out::{PlayOutBuffer, PlayOutCounts};
+pub use probe::{ProbeConfig, ProbeReport, Prober, RateSweep, reflect_probe};
+pub use route::Route;
+pub use scene_fetch::{SceneFetch, SceneFetchError};
+pub use session::{Config, ConfigError, Counters, Endpoint, Event, PeerInfo, Presence, SendError, StartWhen};
+pub use statistics::{LinkStatistics, RoundTrip, SequenceCounts};
+pub use text::{MAX_TEXT_BYTES, Text};
+pub use wire::{
+    DatagramBytes, DatagramKind, HEADER_BYTES, Header, MAX_DATAGRAM, PROTOCOL_VERSION, Transmit, WireError,
+    decode_control, decode_state, encode_control, encode_state, open,
+};

@@ -4,7 +4,7 @@
 //! - **Jitter**: plus an exponentially distributed time of the given mean; a packet that would overtake arrives together with
 //!   the one before it.
 //! - **Rate limit** R: packets are serialised one after the other, `bytes/R` each, before they travel. A packet that would
-//!   wait longer than [`LONGEST_QUEUE_NS`] is dropped.
+//!   wait longer than one second is dropped.
 //! - **Loss** (Gilbert–Elliott): a chain of two states steps with every packet; in the bad one it is lost. With loss rate p and
 //!   mean burst B, bad → good has probability r = 1/B and good → bad q = r·p/(1 − p), so the long-run loss is
 //!   q/(q + r) = p. No chain has bursts shorter than p/(1 − p); there that length is taken.
@@ -22,15 +22,15 @@ use rand_pcg::Pcg64Mcg;
 use serde::{Deserialize, Serialize};
 
 /// Longest wait in front of a rate limit, ns.
-pub const LONGEST_QUEUE_NS: i64 = 1_000_000_000;
+const MAX_QUEUE_NS: i64 = 1_000_000_000;
 
 /// Most packets on the way at one time.
-pub const MOST_IN_FLIGHT: usize = 1 << 16;
+const MAX_IN_FLIGHT: usize = 1 << 16;
 
 /// What a link has done to packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LinkCounts {
-    /// Handed to [`SimulatedLink::send`].
+    /// Packets that were handed to [`SimulatedLink::send`].
     pub sent: u64,
     /// Handed out by [`SimulatedLink::poll_delivery`].
     pub delivered: u64,
@@ -184,7 +184,7 @@ impl SimulatedLink {
             return Some(now_ns);
         }
         let start_ns = now_ns.max(self.free_at_ns);
-        if start_ns - now_ns > LONGEST_QUEUE_NS {
+        if start_ns - now_ns > MAX_QUEUE_NS {
             return None;
         }
         self.free_at_ns =
@@ -215,7 +215,7 @@ impl SimulatedLink {
     }
 
     fn enqueue(&mut self, arrival_ns: i64, bytes: &[u8]) {
-        if self.in_flight.len() >= MOST_IN_FLIGHT {
+        if self.in_flight.len() >= MAX_IN_FLIGHT {
             self.counts.dropped += 1;
             return;
         }
@@ -250,12 +250,8 @@ impl SimulatedLink {
         Some((packet.arrival_ns, &self.delivered))
     }
 
-    /// The packets on the way, by arrival: when each arrives, ns, and its bytes.
-    pub fn in_flight(&self) -> impl Iterator<Item = (i64, &[u8])> {
-        self.in_flight.iter().map(|packet| (packet.arrival_ns, packet.bytes.as_slice()))
-    }
-
-    /// The same, with bytes that can be rewritten.
+    /// The packets on the way, by arrival: when each arrives, ns, and its bytes, which can be rewritten.
+    #[cfg(any(test, feature = "testing"))]
     pub fn in_flight_mut(&mut self) -> impl Iterator<Item = (i64, &mut Vec<u8>)> {
         self.in_flight.iter_mut().map(|packet| (packet.arrival_ns, &mut packet.bytes))
     }
@@ -380,7 +376,7 @@ mod tests {
             HostIndex(1),
         );
         let delivered = deliveries(&mut link, 10_000);
-        assert!(delivered.iter().all(|&(_, transit)| transit <= LONGEST_QUEUE_NS + 2 * MS));
+        assert!(delivered.iter().all(|&(_, transit)| transit <= MAX_QUEUE_NS + 2 * MS));
         assert_eq!(link.counts().dropped + delivered.len() as u64, 10_000);
         assert!((5_450..5_550).contains(&delivered.len()), "{}", delivered.len());
     }
@@ -420,7 +416,7 @@ mod tests {
         for (_, bytes) in link.in_flight_mut() {
             bytes.reverse();
         }
-        assert_eq!(link.in_flight().map(|(at, _)| at).collect::<Vec<_>>(), [10 * MS, 10 * MS + 1]);
+        assert_eq!(link.in_flight_mut().map(|(at, _)| at).collect::<Vec<_>>(), [10 * MS, 10 * MS + 1]);
         assert_eq!(link.poll_delivery(i64::MAX), Some((10 * MS, b"eno".as_slice())));
     }
 }

@@ -10,22 +10,24 @@ use crate::route::Route;
 use crate::text::Text;
 
 /// Most bytes of a scene in one [`Control::ScenePart`].
-pub const SCENE_PART_BYTES: usize = 1000;
+pub(crate) const SCENE_PART_BYTES: usize = 1000;
 
 /// Padding of a [`Control::SceneRequest`], bytes: more than the longest answer has beyond its own fields.
-pub const SCENE_REQUEST_PADDING: usize = 1024;
+pub(crate) const SCENE_REQUEST_PADDING: usize = 1024;
 
-/// A control message.
-///
-/// An *instance* is one life of one endpoint: a random number that a host draws when it starts, so that a host that
-/// died and came back is told apart from the old one.
+/// One life of one host, and who a peer is wherever it is reached: a random number that a host draws when it starts, so that one
+/// that died and came back is told apart from the old one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PeerId(pub u64);
+
+/// What hosts say to each other besides states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Control {
     /// Newcomer to server; repeated until answered. With `cookie` 0 it is answered by a challenge.
     Join(Join),
-    /// Server to newcomer: repeat the join with this cookie, to show that the address is yours.
+    /// Server to newcomer: repeat the join with this cookie, to show that you receive by the route that you send from.
     Challenge {
-        /// A hash of address, instance and a secret of the server.
+        /// A hash of route, id and a secret of the server.
         cookie: u64,
     },
     /// Server to newcomer: you are in.
@@ -34,8 +36,8 @@ pub enum Control {
         session: u64,
         /// The host index that the newcomer has from now on.
         host: HostIndex,
-        /// The server's instance.
-        server: u64,
+        /// The id of the server, by which the newcomer knows it from now on.
+        server: PeerId,
     },
     /// Server to newcomer, or to a host that was replaced.
     Refuse(Refusal),
@@ -43,13 +45,13 @@ pub enum Control {
     Roster(Roster),
     /// The answer to a roster.
     RosterReceived {
-        /// Of the roster.
+        /// Which roster it was.
         revision: u32,
     },
     /// Between any two hosts that exchange state; greeting, keep-alive and first half of a clock exchange.
     Ping {
-        /// The sender's instance.
-        instance: u64,
+        /// The id of the sender, which shows that it is the peer.
+        id: PeerId,
         /// When it was sent, ns of the sender's clock (t1).
         sent_ns: i64,
         /// Whether the sender's clock is agreed upon, so that the session may start.
@@ -57,8 +59,8 @@ pub enum Control {
     },
     /// The answer to a ping.
     Pong {
-        /// The answering host's instance.
-        instance: u64,
+        /// The id of the answering host.
+        id: PeerId,
         /// Of the ping (t1).
         sent_ns: i64,
         /// When the ping arrived, ns of the answering host's clock (t2).
@@ -68,9 +70,9 @@ pub enum Control {
     },
     /// The sender leaves; repeated until acknowledged.
     Leave {
-        /// The sender's instance.
-        instance: u64,
-        /// Why, in words.
+        /// The id of the sender, which shows that it is the peer.
+        id: PeerId,
+        /// Why it leaves, in words for people.
         reason: Text,
     },
     /// The answer to a leave.
@@ -79,7 +81,7 @@ pub enum Control {
     SceneRequest {
         /// First byte that is asked for.
         offset: u32,
-        /// Zeros.
+        /// Zeros, as many as an answer has bytes beyond its own fields.
         padding: ArrayVec<u8, SCENE_REQUEST_PADDING>,
     },
     /// A part of the scene's text.
@@ -90,7 +92,7 @@ pub enum Control {
         total: u32,
         /// Of the first byte here.
         offset: u32,
-        /// The part.
+        /// The bytes of the text from there on.
         bytes: ArrayVec<u8, SCENE_PART_BYTES>,
     },
 }
@@ -126,10 +128,10 @@ pub struct Roster {
 /// One host of the roster.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RosterEntry {
-    /// Its index.
+    /// The index of the host.
     pub host: HostIndex,
-    /// Its instance.
-    pub instance: u64,
+    /// The id of its present life.
+    pub id: PeerId,
     /// Where the server reaches it.
     pub route: Route,
 }
@@ -138,27 +140,27 @@ pub struct RosterEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Another protocol.
+    /// The newcomer speaks another version of the protocol.
     #[error(
         "the server speaks protocol version {server}, this program speaks version {newcomer}; install the same version of cotouch on both"
     )]
     Version {
-        /// The server's.
+        /// The version that the server speaks.
         server: u16,
-        /// The newcomer's.
+        /// The version that the newcomer speaks.
         newcomer: u16,
     },
-    /// Another scene.
+    /// The newcomer has another scene.
     #[error(
         "the scenes differ (hash {server:016x} on the server, {newcomer:016x} here); both must use the same scene with the same --set values"
     )]
     Scene {
-        /// The server's hash.
+        /// The hash of the server's scene, XXH3-64.
         server: u64,
-        /// The newcomer's hash.
+        /// The hash of the newcomer's scene, XXH3-64.
         newcomer: u64,
     },
-    /// Other rates.
+    /// The newcomer runs at other rates.
     #[error("the rates differ: the server's are {control_hz} Hz control and {network_hz} Hz network")]
     Rates {
         /// The server's haptic rate.
@@ -166,7 +168,7 @@ pub enum Refusal {
         /// The server's network rate.
         network_hz: Rate,
     },
-    /// Everyone is there.
+    /// Every user of the scene is there.
     #[error("the session is full: all {users} users are present")]
     Full {
         /// Users of the scene.

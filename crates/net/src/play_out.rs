@@ -9,16 +9,16 @@ use cotouch_scene::scene::PlayOut;
 use serde::{Deserialize, Serialize};
 
 use crate::packet::StatePacket;
-use crate::statistics::{Arrival, SequenceTracker};
+use crate::statistics::{ArrivalOrder, SequenceTracker};
 
 /// What became of the samples of one sender.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlayOutCounts {
-    /// Played out.
+    /// Samples that were used.
     pub used: u64,
     /// Came after the step from which they should have been used (scheduled).
     pub late: u64,
-    /// Had come before.
+    /// Samples that had come before.
     pub duplicate: u64,
     /// Came after a newer one.
     pub reordered: u64,
@@ -32,7 +32,7 @@ pub struct PlayOutCounts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PlayOutBuffer {
     policy: PlayOut,
-    /// n.
+    /// n, the network periods between sampling and use.
     periods: u64,
     /// The queued packet of step `s` lies in slot `s % slots.len()`.
     slots: Vec<Option<StatePacket>>,
@@ -70,12 +70,12 @@ impl PlayOutBuffer {
     /// Takes a packet that has arrived. Does not allocate; bounded work.
     pub fn insert(&mut self, packet: StatePacket) {
         match self.tracker.arrive(packet.step) {
-            Arrival::Duplicate => {
+            ArrivalOrder::Duplicate => {
                 self.counts.duplicate += 1;
                 return;
             }
-            Arrival::Reordered => self.counts.reordered += 1,
-            Arrival::Newest => {}
+            ArrivalOrder::Reordered => self.counts.reordered += 1,
+            ArrivalOrder::Newest => {}
         }
         if self.is_late(packet.step) {
             self.counts.late += 1;
@@ -163,34 +163,7 @@ impl PlayOutBuffer {
         self.held.as_ref()
     }
 
-    /// The sample in use, to be changed.
-    pub const fn held_mut(&mut self) -> Option<&mut StatePacket> {
-        self.held.as_mut()
-    }
-
-    /// Puts a sample in use, whatever is held.
-    pub fn hold(&mut self, packet: StatePacket) {
-        self.held = Some(packet);
-    }
-
-    /// The packets that wait, in no particular order.
-    pub fn queued(&self) -> impl Iterator<Item = &StatePacket> {
-        self.slots.iter().flatten()
-    }
-
-    /// The packets that wait, to be changed (all but their steps), in no particular order.
-    pub fn queued_mut(&mut self) -> impl Iterator<Item = &mut StatePacket> {
-        self.slots.iter_mut().flatten()
-    }
-
-    /// The sample of `step`, whether it waits or is held.
-    #[must_use]
-    pub fn sample(&self, step: u64) -> Option<&StatePacket> {
-        let slot = self.slots[(step % self.slots.len() as u64) as usize].as_ref();
-        slot.into_iter().chain(&self.held).find(|packet| packet.step == step)
-    }
-
-    /// The same, to be changed (all but its step).
+    /// The sample of `step`, whether it waits or is held, to be changed (all but its step).
     pub fn sample_mut(&mut self, step: u64) -> Option<&mut StatePacket> {
         let index = (step % self.slots.len() as u64) as usize;
         let slot = self.slots[index].as_mut();
@@ -203,13 +176,7 @@ impl PlayOutBuffer {
         self.counts
     }
 
-    /// n, the network periods between sampling and use; 0 on arrival.
-    #[must_use]
-    pub const fn periods(&self) -> u64 {
-        self.periods
-    }
-
-    /// Forgets all samples, as is right when a new instance of the sender has come; the counts go on.
+    /// Forgets all samples, as is right when a new life of the sender has come; the counts go on.
     pub fn restart(&mut self) {
         self.slots.fill(None);
         self.queued = 0;
@@ -225,6 +192,10 @@ mod tests {
 
     fn packet(step: u64) -> StatePacket {
         StatePacket { step, ..StatePacket::default() }
+    }
+
+    fn queued(buffer: &PlayOutBuffer) -> impl Iterator<Item = &StatePacket> {
+        buffer.slots.iter().flatten()
     }
 
     fn held(buffer: &PlayOutBuffer) -> Option<u64> {
@@ -271,14 +242,14 @@ mod tests {
     }
 
     #[test]
-    fn samples_can_be_read_and_changed_by_step() {
+    fn samples_can_be_changed_by_step() {
         let mut buffer = PlayOutBuffer::new(PlayOut::Scheduled, 2);
         for step in 0..4 {
             buffer.insert(packet(step));
             buffer.due_at_step(step);
         }
         assert_eq!(held(&buffer), Some(1));
-        let steps = [0, 1, 2, 3, 4].map(|step| buffer.sample(step).is_some());
+        let steps = [0, 1, 2, 3, 4].map(|step| buffer.sample_mut(step).is_some());
         assert_eq!(steps, [false, true, true, true, false]);
         for step in 1..4 {
             buffer.sample_mut(step).unwrap().entries.push(crate::packet::Entry::Force {
@@ -286,8 +257,7 @@ mod tests {
                 wrench: cotouch_scene::geometry::Wrench::default(),
             });
         }
-        assert_eq!(buffer.queued().map(|packet| packet.entries.len()).sum::<usize>(), 2);
-        assert_eq!(buffer.queued_mut().count(), 2);
+        assert_eq!(queued(&buffer).map(|packet| packet.entries.len()).sum::<usize>(), 2);
         assert_eq!(buffer.held().unwrap().entries.len(), 1);
     }
 
@@ -330,7 +300,7 @@ mod tests {
                 prop_assert_eq!(held(&buffer), expected);
                 prop_assert!(held(&buffer) >= last);
                 last = held(&buffer);
-                prop_assert_eq!(buffer.queued().count(), buffer.queued);
+                prop_assert_eq!(queued(&buffer).count(), buffer.queued);
             }
             let counts = buffer.counts();
             prop_assert_eq!(counts.used + counts.superseded, arrived.len() as u64);

@@ -1,7 +1,7 @@
-//! Measuring a link as for the thesis's Table 1.1: numbered packets with the time of sending go out at a rate and are sent
+//! Measuring a link, as Fotoohi Ghiam 2006, Table 1.1, does: numbered packets with the time of sending go out at a rate and are sent
 //! back at once.
 //!
-//! With `r_i` the round trips: mean and standard deviation (the rms jitter), percentiles, share lost; by [`Sweep`] the largest
+//! With `r_i` the round trips: mean and standard deviation (the rms jitter), percentiles, share lost; by [`RateSweep`] the largest
 //! rate with less than 0.1 % lost; and by [`ProbeReport::impairment`] the simulated link that resembles the measured one.
 
 use cotouch_scene::scene::Impairment;
@@ -10,16 +10,16 @@ use serde::{Deserialize, Serialize};
 
 use crate::route::Route;
 use crate::statistics::{RoundTrip, RoundTripMeter};
-use crate::wire::{DatagramBytes, HEADER_BYTES, Header, Kind, MAX_DATAGRAM, Transmit, open, seal};
+use crate::wire::{DatagramBytes, DatagramKind, HEADER_BYTES, Header, MAX_DATAGRAM, Transmit, open, seal};
 
 /// Shortest probe, bytes: header, number, time.
-pub const MIN_PROBE_BYTES: usize = HEADER_BYTES + 16;
+const MIN_PROBE_BYTES: usize = HEADER_BYTES + 16;
 
 /// Most packets of one measurement (19 hours at 1 kHz); it bounds the memory to 8 MB.
-pub const MOST_PACKETS: u64 = 1 << 26;
+const MAX_PACKETS: u64 = 1 << 26;
 
 /// A rate counts as achieved with less than this share lost.
-pub const TOLERATED_LOSS: f64 = 0.001;
+const TOLERATED_LOSS: f64 = 0.001;
 
 /// A rate counts as achieved when the sender kept up to this share of it.
 const KEPT_UP: f64 = 0.98;
@@ -85,7 +85,7 @@ impl Prober {
     #[must_use]
     pub fn new(config: ProbeConfig, target: Route, now: LocalTime) -> Self {
         let wanted = (config.rate_hz.hz() * config.duration_s.max(0.0)).round() as u64;
-        let total = wanted.clamp(1, MOST_PACKETS);
+        let total = wanted.clamp(1, MAX_PACKETS);
         Self {
             config,
             target,
@@ -111,7 +111,7 @@ impl Prober {
         bytes.truncate(self.config.datagram_bytes.clamp(MIN_PROBE_BYTES, MAX_DATAGRAM));
         bytes[HEADER_BYTES..][..8].copy_from_slice(&self.sent.to_le_bytes());
         bytes[HEADER_BYTES + 8..][..8].copy_from_slice(&now.0.to_le_bytes());
-        seal(Header { kind: Kind::Probe, sender: None, session: self.config.id }, &mut bytes);
+        seal(Header { kind: DatagramKind::Probe, sender: None, session: self.config.id }, &mut bytes);
         self.sent += 1;
         self.last_sent = now;
         Some(Transmit { to: self.target, bytes })
@@ -129,7 +129,7 @@ impl Prober {
 
     /// Takes a datagram; what is not an echo of this measurement is ignored.
     pub fn handle_datagram(&mut self, now: LocalTime, from: Route, bytes: &[u8]) {
-        let Some((id, number, sent)) = read(bytes, Kind::Echo) else { return };
+        let Some((id, number, sent)) = read(bytes, DatagramKind::Echo) else { return };
         if id != self.config.id || from != self.target || number >= self.sent {
             return;
         }
@@ -188,15 +188,15 @@ impl Prober {
 /// The reflecting side: the echo of a probe, as long as the probe and to be sent to where that came from; `None` for anything
 /// else, an echo included, so that two reflectors never keep each other busy.
 #[must_use]
-pub fn reflect(bytes: &[u8]) -> Option<DatagramBytes> {
-    let (id, _, _) = read(bytes, Kind::Probe)?;
+pub fn reflect_probe(bytes: &[u8]) -> Option<DatagramBytes> {
+    let (id, _, _) = read(bytes, DatagramKind::Probe)?;
     let mut echo = DatagramBytes::try_from(bytes).ok()?;
-    seal(Header { kind: Kind::Echo, sender: None, session: id }, &mut echo);
+    seal(Header { kind: DatagramKind::Echo, sender: None, session: id }, &mut echo);
     Some(echo)
 }
 
 /// Id, number and time of sending.
-fn read(bytes: &[u8], kind: Kind) -> Option<(u64, u64, LocalTime)> {
+fn read(bytes: &[u8], kind: DatagramKind) -> Option<(u64, u64, LocalTime)> {
     let (header, body) = open(bytes).ok().filter(|(header, _)| header.kind == kind)?;
     let (number, rest) = body.split_first_chunk()?;
     let (sent, _) = rest.split_first_chunk()?;
@@ -237,14 +237,14 @@ impl ProbeReport {
 /// The search for the largest rate with less than 0.1 % lost: doubling until a rate fails, then halving the interval (of the
 /// logarithm) to within 10 %.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sweep {
+pub struct RateSweep {
     lowest_hz: f64,
     highest_hz: f64,
     achieved_hz: Option<f64>,
     failed_hz: Option<f64>,
 }
 
-impl Sweep {
+impl RateSweep {
     /// Between two rates, Hz; `highest_hz` is raised to `lowest_hz` if need be.
     #[must_use]
     pub fn new(lowest_hz: f64, highest_hz: f64) -> Self {
@@ -304,8 +304,8 @@ mod tests {
                 out.send(now.0, &transmit.bytes);
             }
             while let Some((arrival, bytes)) = out.poll_delivery(now.0) {
-                let echo = reflect(bytes).expect("a probe is reflected");
-                assert_eq!(reflect(&echo), None);
+                let echo = reflect_probe(bytes).expect("a probe is reflected");
+                assert_eq!(reflect_probe(&echo), None);
                 assert_eq!(echo.len(), bytes.len());
                 back.send(arrival, &echo);
             }
@@ -357,7 +357,7 @@ mod tests {
     fn a_sweep_finds_the_rate_limit() {
         // 128-byte packets through 256 kB/s: 2000 a second.
         let link = Impairment { rate_limit_bytes_per_s: 256_000.0, ..Impairment::NONE };
-        let mut sweep = Sweep::new(125.0, 64_000.0);
+        let mut sweep = RateSweep::new(125.0, 64_000.0);
         while let Some(rate) = sweep.next_rate() {
             let report = measure(&link, &rate.round().to_string(), 4.0);
             sweep.record(rate.round(), &report);
@@ -369,7 +369,7 @@ mod tests {
 
     #[test]
     fn a_sender_that_cannot_keep_up_has_not_achieved_the_rate() {
-        let mut sweep = Sweep::new(1000.0, 4000.0);
+        let mut sweep = RateSweep::new(1000.0, 4000.0);
         let report =
             |sent_rate_hz| ProbeReport { sent: 1000, received: 1000, sent_rate_hz, ..ProbeReport::default() };
         sweep.record(1000.0, &report(999.0));
@@ -385,7 +385,7 @@ mod tests {
         let mut prober = Prober::new(config, target(), LocalTime(0));
         let probe = prober.poll_transmit(LocalTime(0)).unwrap();
         assert_eq!(probe.bytes.len(), MIN_PROBE_BYTES);
-        let echo = reflect(&probe.bytes).unwrap();
+        let echo = reflect_probe(&probe.bytes).unwrap();
         let mut damaged = echo.clone();
         damaged[30] ^= 1;
         prober.handle_datagram(LocalTime(5), target(), &damaged);

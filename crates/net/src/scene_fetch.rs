@@ -12,10 +12,10 @@ use crate::route::Route;
 use crate::wire::{PROTOCOL_VERSION, Transmit, WireError, decode_control, encode_control};
 
 /// Longest scene text that is taken, bytes.
-pub const LONGEST_SCENE: u32 = 256 * 1024;
+const MAX_SCENE_BYTES: u32 = 256 * 1024;
 
 const FIRST_PAUSE_NS: i64 = 50_000_000;
-const LONGEST_PAUSE_NS: i64 = 500_000_000;
+const MAX_PAUSE_NS: i64 = 500_000_000;
 
 /// Why the scene did not come.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,7 +25,7 @@ pub enum SceneFetchError {
     #[error("{0}")]
     Refused(Refusal),
     /// More than is taken.
-    #[error("the server's scene has {0} bytes; 1 to {LONGEST_SCENE} are allowed")]
+    #[error("the server's scene has {0} bytes; 1 to {MAX_SCENE_BYTES} are allowed")]
     Length(u32),
     /// Not what the server's hash says, or not text.
     #[error("the scene that came from the server is damaged")]
@@ -82,7 +82,7 @@ impl SceneFetch {
             return None;
         }
         self.due = now.plus_ns(self.pause_ns);
-        self.pause_ns = (self.pause_ns * 3 / 2).min(LONGEST_PAUSE_NS);
+        self.pause_ns = (self.pause_ns * 3 / 2).min(MAX_PAUSE_NS);
         let padding = ArrayVec::from([0; SCENE_REQUEST_PADDING]);
         let request = Control::SceneRequest { offset: self.text.len() as u32, padding };
         let bytes = encode_control(self.id, None, &request).expect("a request fits a datagram");
@@ -107,7 +107,7 @@ impl SceneFetch {
     }
 
     fn take_part(&mut self, now: LocalTime, hash: u64, total: u32, offset: u32, part: &[u8]) {
-        if total == 0 || total > LONGEST_SCENE {
+        if total == 0 || total > MAX_SCENE_BYTES {
             self.result = Some(Err(SceneFetchError::Length(total)));
             return;
         }

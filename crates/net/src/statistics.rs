@@ -1,7 +1,7 @@
 //! What a link did to packets: losses, order, round-trip times.
 //!
 //! With N round trips `r_i` the mean is `Σ r_i / N` and the rms jitter their standard deviation
-//! `√(Σ (r_i − mean)² / N)` (thesis, Table 1.1), by Welford's recurrence.
+//! `√(Σ (r_i − mean)² / N)` (Fotoohi Ghiam 2006, Table 1.1), by Welford's recurrence.
 
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ pub struct SequenceCounts {
 
 /// What a packet's number says about it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Arrival {
+pub(crate) enum ArrivalOrder {
     /// Newer than all before.
     Newest,
     /// After a newer one, for the first time.
@@ -33,7 +33,7 @@ pub enum Arrival {
 
 /// Counts packets by their numbers.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct SequenceTracker {
+pub(crate) struct SequenceTracker {
     /// The smallest number so far.
     first: u64,
     newest: Option<u64>,
@@ -46,41 +46,35 @@ const WORDS: usize = 16;
 
 impl SequenceTracker {
     /// How far back a late packet is still recognised.
-    pub const WINDOW: u64 = 64 * WORDS as u64;
+    pub(crate) const WINDOW: u64 = 64 * WORDS as u64;
 
     /// The counts so far.
     #[must_use]
-    pub const fn counts(&self) -> SequenceCounts {
+    pub(crate) const fn counts(&self) -> SequenceCounts {
         self.counts
     }
 
-    /// The largest number so far.
-    #[must_use]
-    pub const fn newest(&self) -> Option<u64> {
-        self.newest
-    }
-
     /// Starts again with the next packet, as a sender does that came back; the counts go on.
-    pub fn restart(&mut self) {
+    pub(crate) fn restart(&mut self) {
         self.newest = None;
         self.arrived = [0; WORDS];
     }
 
     /// Takes note of a packet. Bounded work, whatever the number.
-    pub fn arrive(&mut self, number: u64) -> Arrival {
+    pub(crate) fn arrive(&mut self, number: u64) -> ArrivalOrder {
         let Some(newest) = self.newest else {
             (self.first, self.newest) = (number, Some(number));
             self.set(number);
             self.counts.received += 1;
-            return Arrival::Newest;
+            return ArrivalOrder::Newest;
         };
         if number > newest {
             self.advance(newest, number);
             self.counts.received += 1;
-            Arrival::Newest
+            ArrivalOrder::Newest
         } else if newest - number >= Self::WINDOW || self.bit(number) {
             self.counts.duplicates += 1;
-            Arrival::Duplicate
+            ArrivalOrder::Duplicate
         } else {
             self.set(number);
             self.counts.received += 1;
@@ -91,7 +85,7 @@ impl SequenceTracker {
             } else {
                 self.counts.lost -= 1;
             }
-            Arrival::Reordered
+            ArrivalOrder::Reordered
         }
     }
 
@@ -129,25 +123,25 @@ impl SequenceTracker {
 /// Round-trip times in numbers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct RoundTrip {
-    /// How many were measured; with 0 all else is 0.
+    /// How many were measured; with none all else is 0.
     pub count: u64,
-    /// s.
+    /// The mean of all round trips, s.
     pub mean_s: f64,
-    /// Standard deviation, s.
+    /// The standard deviation of all round trips, s.
     pub rms_jitter_s: f64,
-    /// s.
+    /// The shortest of all round trips, s.
     pub min_s: f64,
     /// Median, to 0.1 %, s.
     pub p50_s: f64,
     /// 99th percentile, to 0.1 %, s.
     pub p99_s: f64,
-    /// s.
+    /// The longest of all round trips, s.
     pub max_s: f64,
 }
 
 /// Collects round-trip times. Allocates when made (about 90 kB), not afterwards.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RoundTripMeter {
+pub(crate) struct RoundTripMeter {
     count: u64,
     mean_ns: f64,
     /// Σ (r − mean)².
@@ -157,19 +151,19 @@ pub struct RoundTripMeter {
     histogram: Histogram<u32>,
 }
 
-const SHORTEST_NS: u64 = 100;
-const LONGEST_NS: u64 = 60_000_000_000;
+const MIN_NS: u64 = 100;
+const MAX_NS: u64 = 60_000_000_000;
 
 impl Default for RoundTripMeter {
     fn default() -> Self {
-        let histogram = Histogram::new_with_bounds(SHORTEST_NS, LONGEST_NS, 3).expect("the bounds are valid");
+        let histogram = Histogram::new_with_bounds(MIN_NS, MAX_NS, 3).expect("the bounds are valid");
         Self { count: 0, mean_ns: 0.0, squares: 0.0, min_ns: 0, max_ns: 0, histogram }
     }
 }
 
 impl RoundTripMeter {
     /// Takes one round trip; a negative one is no measurement and is ignored.
-    pub fn record(&mut self, round_trip_ns: i64) {
+    pub(crate) fn record(&mut self, round_trip_ns: i64) {
         if round_trip_ns < 0 {
             return;
         }
@@ -184,7 +178,7 @@ impl RoundTripMeter {
 
     /// What was measured so far.
     #[must_use]
-    pub fn summary(&self) -> RoundTrip {
+    pub(crate) fn summary(&self) -> RoundTrip {
         if self.count == 0 {
             return RoundTrip::default();
         }
@@ -226,7 +220,7 @@ mod tests {
         let mut tracker = SequenceTracker::default();
         let arrivals: Vec<_> =
             [10, 11, 14, 13, 13, 9, 14, 15].into_iter().map(|n| tracker.arrive(n)).collect();
-        use Arrival::{Duplicate, Newest, Reordered};
+        use ArrivalOrder::{Duplicate, Newest, Reordered};
         assert_eq!(arrivals, [Newest, Newest, Newest, Reordered, Duplicate, Reordered, Duplicate, Newest]);
         let counts = SequenceCounts { received: 6, lost: 1, duplicates: 2, reordered: 2 };
         assert_eq!(tracker.counts(), counts);
@@ -238,8 +232,8 @@ mod tests {
         tracker.arrive(0);
         tracker.arrive(u64::MAX);
         assert_eq!(tracker.counts().lost, u64::MAX - 1);
-        assert_eq!(tracker.arrive(u64::MAX - 5), Arrival::Reordered);
-        assert_eq!(tracker.arrive(5), Arrival::Duplicate);
+        assert_eq!(tracker.arrive(u64::MAX - 5), ArrivalOrder::Reordered);
+        assert_eq!(tracker.arrive(5), ArrivalOrder::Duplicate);
     }
 
     #[test]

@@ -11,7 +11,7 @@
 //! | 8 | kind |
 //! | 9 | sender (host index; 255 before one was assigned) |
 //! | 10..12 | zero |
-//! | 12..20 | session id (in join, challenge, refusal and scene messages: the newcomer's instance id) |
+//! | 12..20 | session id (in join, challenge, refusal and scene messages: the newcomer's peer id) |
 //!
 //! A state datagram goes on with step (u64), sample time (i64, ns of session time), number of entries (u8), three zero
 //! bytes, and the entries: tag, index, what else is a byte, then `f64` components in the order of the fields of
@@ -41,9 +41,6 @@ pub const PROTOCOL_VERSION: u16 = 2;
 /// Length of the header that every datagram starts with, bytes.
 pub const HEADER_BYTES: usize = size_of::<RawHeader>();
 
-/// Largest encoded control message, bytes.
-pub const MAX_CONTROL_BYTES: usize = MAX_DATAGRAM - HEADER_BYTES;
-
 const MAGIC: [u8; 2] = *b"co";
 const NO_SENDER: u8 = 255;
 /// A quaternion further than this from unit length (squared) is refused.
@@ -55,18 +52,18 @@ pub type DatagramBytes = ArrayVec<u8, MAX_DATAGRAM>;
 /// A datagram to send.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Transmit {
-    /// Where to.
+    /// Where the receiver is reached.
     pub to: Route,
-    /// What.
+    /// The whole datagram, header and checksum included.
     pub bytes: DatagramBytes,
 }
 
 /// What a datagram holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// A [`StatePacket`].
+pub enum DatagramKind {
+    /// What a host sampled: a [`StatePacket`].
     State,
-    /// A [`Control`] message.
+    /// What hosts say besides: a [`Control`] message.
     Control,
     /// A link measurement on its way out.
     Probe,
@@ -74,7 +71,7 @@ pub enum Kind {
     Echo,
 }
 
-impl Kind {
+impl DatagramKind {
     const ALL: [Self; 4] = [Self::State, Self::Control, Self::Probe, Self::Echo];
 
     const fn byte(self) -> u8 {
@@ -90,11 +87,11 @@ impl Kind {
 /// The start of every datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// What follows.
-    pub kind: Kind,
+    /// What follows after the header.
+    pub kind: DatagramKind,
     /// Who sent it; `None` from a newcomer.
     pub sender: Option<HostIndex>,
-    /// The session, or the newcomer's instance where there is none yet.
+    /// The session, or the newcomer's id where there is none yet.
     pub session: u64,
 }
 
@@ -108,7 +105,7 @@ pub enum WireError {
     /// Ours, of another version.
     #[error("the datagram is of protocol version {found}; this program speaks version {PROTOCOL_VERSION}")]
     Version {
-        /// The datagram's version.
+        /// The version that the datagram says to be of.
         found: u16,
         /// The session field, which every version has: it tells a newcomer that the answer is meant for it.
         session: u64,
@@ -135,13 +132,13 @@ pub enum WireError {
     /// Bytes that must be zero are not.
     #[error("reserved bytes of the datagram are not zero")]
     Reserved,
-    /// Too many entries.
+    /// The packet announces more entries than are allowed.
     #[error("the state packet announces {0} entries; at most {MAX_ENTRIES} are allowed")]
     EntryCount(u8),
-    /// No such entry.
+    /// An entry has a tag that stands for nothing.
     #[error("entry tag {0} is unknown")]
     EntryTag(u8),
-    /// NaN or infinity.
+    /// An entry holds a NaN or an infinity.
     #[error("entry {entry} of the state packet holds a number that is not finite")]
     NotFinite {
         /// Which entry, from 0.
@@ -251,7 +248,7 @@ pub fn encode_state(
         encode_entry(entry, &mut writer)?;
     }
     let length = writer.at;
-    seal(Header { kind: Kind::State, sender: Some(sender), session }, &mut out[..length]);
+    seal(Header { kind: DatagramKind::State, sender: Some(sender), session }, &mut out[..length]);
     Ok(length)
 }
 
@@ -282,7 +279,7 @@ fn encode_entry(entry: &Entry, writer: &mut Writer<'_>) -> Result<(), WireError>
 /// Every way in which the bytes can be wrong; see [`WireError`].
 pub fn decode_state(bytes: &[u8]) -> Result<(Header, SessionTime, StatePacket), WireError> {
     let (header, body) = open(bytes)?;
-    if header.kind != Kind::State {
+    if header.kind != DatagramKind::State {
         return Err(WireError::Kind(header.kind.byte()));
     }
     let (sample_time, packet) = decode_state_body(body)?;
@@ -382,7 +379,7 @@ pub fn encode_control(
     let mut bytes = DatagramBytes::from([0; MAX_DATAGRAM]);
     let used = postcard::to_slice(control, &mut bytes[HEADER_BYTES..]).map_err(WireError::Control)?.len();
     bytes.truncate(HEADER_BYTES + used);
-    seal(Header { kind: Kind::Control, sender, session }, &mut bytes);
+    seal(Header { kind: DatagramKind::Control, sender, session }, &mut bytes);
     Ok(bytes)
 }
 
@@ -392,7 +389,7 @@ pub fn encode_control(
 /// Every way in which the bytes can be wrong; see [`WireError`].
 pub fn decode_control(bytes: &[u8]) -> Result<(Header, Control), WireError> {
     let (header, body) = open(bytes)?;
-    if header.kind != Kind::Control {
+    if header.kind != DatagramKind::Control {
         return Err(WireError::Kind(header.kind.byte()));
     }
     Ok((header, decode_control_body(body)?))
@@ -428,7 +425,10 @@ pub fn open(bytes: &[u8]) -> Result<(Header, &[u8]), WireError> {
         let from_newcomer = raw.sender == NO_SENDER;
         return Err(WireError::Version { found: raw.version.get(), session, from_newcomer });
     }
-    let kind = Kind::ALL.into_iter().find(|kind| kind.byte() == raw.kind).ok_or(WireError::Kind(raw.kind))?;
+    let kind = DatagramKind::ALL
+        .into_iter()
+        .find(|kind| kind.byte() == raw.kind)
+        .ok_or(WireError::Kind(raw.kind))?;
     if raw.reserved != [0; 2] {
         return Err(WireError::Reserved);
     }
@@ -442,13 +442,9 @@ pub fn open(bytes: &[u8]) -> Result<(Header, &[u8]), WireError> {
 
 /// Writes the header, whose checksum covers all that already stands behind it. `datagram` holds at least a header.
 pub(crate) fn seal(header: Header, datagram: &mut [u8]) {
-    seal_as_version(PROTOCOL_VERSION, header, datagram);
-}
-
-pub(crate) fn seal_as_version(version: u16, header: Header, datagram: &mut [u8]) {
     let mut raw = RawHeader {
         magic: MAGIC,
-        version: version.into(),
+        version: PROTOCOL_VERSION.into(),
         checksum: 0.into(),
         kind: header.kind.byte(),
         sender: header.sender.map_or(NO_SENDER, |host| host.0),

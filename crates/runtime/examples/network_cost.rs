@@ -7,7 +7,7 @@ use std::net::UdpSocket;
 use std::thread;
 use std::time::Duration;
 
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_runtime::clock;
 use cotouch_runtime::joining;
 use cotouch_runtime::network_threads::{HapticPort, NetworkThreads};

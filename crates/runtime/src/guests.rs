@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 
@@ -36,7 +36,7 @@ impl Guests {
         let server = session.server().filter(|_| !session.has_ended())?;
         let is_free = |seat: &Seat| seat.user == user && seat.by == HeldBy::Nobody;
         let Seat { name, .. } = self.seats(session).into_iter().find(is_free)?;
-        Some(FreePlace { user, name, server, impairment: session.present_scene().link.impairment })
+        Some(FreePlace { user, name, server, impairment: session.present_scene().link.impairment.clone() })
     }
 
     /// Lets a guest in. Blocks for as long as joining takes.

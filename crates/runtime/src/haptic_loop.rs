@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 use std::sync::{Arc, PoisonError};
 
-use cotouch_net::clock::ClockMap;
+use cotouch_net::ClockMap;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
 

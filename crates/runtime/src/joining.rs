@@ -4,10 +4,7 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
 use std::time::Duration;
 
-use cotouch_net::message::Refusal;
-use cotouch_net::route::Route;
-use cotouch_net::scene_fetch::{SceneFetch, SceneFetchError};
-use cotouch_net::session::{Config, Endpoint, StartWhen};
+use cotouch_net::{Config, Endpoint, Refusal, Route, SceneFetch, SceneFetchError, StartWhen};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;

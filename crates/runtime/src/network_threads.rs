@@ -11,9 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
-use cotouch_net::clock::ClockMap;
-use cotouch_net::packet::StatePacket;
-use cotouch_net::session::{Endpoint, Event};
+use cotouch_net::{ClockMap, Endpoint, Event, StatePacket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::LocalTime;
@@ -257,8 +255,8 @@ impl Shared {
                 while let Ok(Outbound { to, packet }) = outbound.pop() {
                     // To a peer that has just gone, nothing is sent; that is all there is to do about it.
                     let _ = match to {
-                        None => protocol.endpoint.send_state_to_all(now, &packet).map(|_| ()),
-                        Some(to) => protocol.endpoint.send_state(now, &packet, to),
+                        None => protocol.endpoint.send_state_to_all(&packet).map(|_| ()),
+                        Some(to) => protocol.endpoint.send_state(&packet, to),
                     };
                 }
                 if protocol.endpoint.poll_timeout().is_some_and(|due| due <= now) {
@@ -280,7 +278,7 @@ impl Shared {
 
     /// Passes on all that the endpoint has to say, to the network and to the haptic thread.
     fn pump(&self, protocol: &mut Protocol, now: LocalTime) {
-        while let Some(transmit) = protocol.endpoint.poll_transmit(now) {
+        while let Some(transmit) = protocol.endpoint.poll_transmit() {
             // A datagram that cannot be sent is a lost datagram, which the protocol is made for.
             let _: io::Result<()> = self.transport.send(now, transmit.to, &transmit.bytes);
         }

@@ -5,11 +5,9 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cotouch_net::route::Route;
-use cotouch_net::session::Presence;
-use cotouch_net::statistics::LinkStatistics;
+use cotouch_net::{LinkStatistics, Presence, Route};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::scene::{Impairment, Link, Scene};
 
 use crate::change::{self, HostChange};
 use crate::clock;
@@ -68,9 +66,12 @@ impl SessionHandle {
         haptic: JoinHandle<Vec<HapticHost>>,
         recording: Option<RecordingThread>,
     ) -> Self {
-        let mut present = scene.clone();
-        present.link.ways.clear();
-        present.link.impairment = impairment;
+        let meet = |link: &mut Link| {
+            link.ways.clear();
+            link.impairment = impairment;
+        };
+        let present =
+            scene.edit(|present| meet(&mut present.link)).expect("an impairment is checked with its scene");
         let changing = Mutex::new(Changing { scene: present, sender });
         Self {
             scene,

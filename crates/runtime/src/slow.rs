@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use cotouch_host::soft::{SlowFrame, SlowInput, SlowLoop};
+use cotouch_host::{SlowFrame, SlowInput, SlowLoop};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Scene};
 use cotouch_scene::time::Schedule;

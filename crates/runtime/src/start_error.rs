@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use cotouch_device::DeviceOpenError;
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_soft::SoftError;
 
 use crate::recorder::RecordError;

@@ -11,10 +11,8 @@ use cotouch_device::{
     Acted, Device, DeviceError, Governor, GovernorInput, GovernorOutput, GovernorState, LimitWatch,
     PortEnergy, WorldView,
 };
-use cotouch_host::model::{HostModel, Role};
-use cotouch_host::output::TickOutput;
-use cotouch_host::state::HostState;
-use cotouch_net::packet::StatePacket;
+use cotouch_host::{HostModel, HostState, Role, TickOutput};
+use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use cotouch_device::Device;
-use cotouch_host::soft::SlowFrame;
-use cotouch_net::statistics::LinkStatistics;
+use cotouch_host::SlowFrame;
+use cotouch_net::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};
 use cotouch_world::BodyState;

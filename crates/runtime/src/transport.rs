@@ -1,8 +1,8 @@
 //! Transports: how datagrams get from one host to another.
 //!
-//! The protocol ([`Endpoint`](cotouch_net::session::Endpoint)) makes datagrams and takes them in; it has no socket, reads no
+//! The protocol ([`Endpoint`](cotouch_net::Endpoint)) makes datagrams and takes them in; it has no socket, reads no
 //! clock, and knows a peer by its identity. A [`Transport`] carries the datagrams: it may lose, double or reorder them, which
-//! the protocol is made for, but not change or join them. Where a peer is reached is a [`Route`](cotouch_net::route::Route),
+//! the protocol is made for, but not change or join them. Where a peer is reached is a [`Route`](cotouch_net::Route),
 //! which only transports look into.
 //!
 //! | transport | carries datagrams | used by |
@@ -18,12 +18,12 @@
 //!
 //! # How to write one
 //!
-//! 1. Write `transport/NAME.rs` after `transport/udp.rs`: a type with the methods of [`Transport`], and a [`Kind`] that says
+//! 1. Write `transport/NAME.rs` after `transport/udp.rs`: a type with the methods of [`Transport`], and a [`TransportKind`] that says
 //!    how an end is opened. Routes are names that begin with the kind's scheme: `Route::Named` of `unix:/run/a.sock`, say.
 //!    Every end has a route of its own, since that is how a receiver knows where to answer.
-//! 2. Name the file below, and the kind in [`KINDS`]. That is all: `cotouch serve SCENE --listen NAME:…` listens with it, and
+//! 2. Name the file below, and the kind in [`KINDS`] (`transport/kinds.rs`). That is all: `cotouch serve SCENE --listen NAME:…` listens with it, and
 //!    `cotouch join NAME:…` joins.
-//! 3. Add its ends to the conformance suite (`transports` in the tests of this crate), which says what is expected of all.
+//! 3. Say in `LISTENING` of the conformance suite (`tests/it/transports.rs`) where two ends can listen; it fails until then.
 //!
 //! What the trait's methods promise:
 //!
@@ -60,7 +60,7 @@ mod udp;
 mod virtual_network;
 
 pub use impaired::Impaired;
-pub use interface::{Arrival, DynTransport, Kind, MAX_WAIT, Transport};
+pub use interface::{Arrival, DynTransport, MAX_WAIT, Transport, TransportKind};
 pub use kinds::{KINDS, OpenError, RouteError, connect, is_local, listen, parse};
 pub use udp::Udp;
 pub use virtual_network::{VirtualEnd, VirtualNetwork};

@@ -7,9 +7,7 @@
 use std::io;
 
 use cotouch_device::{Device, SimulatedUser};
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::session::{Endpoint, Event};
-use cotouch_net::wire::MAX_DATAGRAM;
+use cotouch_net::{Endpoint, Event, MAX_DATAGRAM, SimulatedLink};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::{LocalTime, Rate};
@@ -163,7 +161,7 @@ impl<D: Device> VirtualSession<D> {
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             if let Some(packet) = host.station.begin(host.next_tick) {
                 // A packet for a peer that is not there is not sent.
-                sent |= host.endpoint.send_state_to_all(self.now, &packet).is_ok();
+                sent |= host.endpoint.send_state_to_all(&packet).is_ok();
             }
         }
         if sent {
@@ -172,8 +170,7 @@ impl<D: Device> VirtualSession<D> {
         let mut answered = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
             let endpoint = &mut host.endpoint;
-            host.station
-                .respond(|client, packet| answered |= endpoint.send_state(self.now, packet, client).is_ok());
+            host.station.respond(|client, packet| answered |= endpoint.send_state(packet, client).is_ok());
         }
         if answered {
             self.run_network();
@@ -208,7 +205,7 @@ impl<D: Device> VirtualSession<D> {
                 host.endpoint.handle_timeout(self.now);
                 any = true;
             }
-            while let Some(transmit) = host.endpoint.poll_transmit(self.now) {
+            while let Some(transmit) = host.endpoint.poll_transmit() {
                 any = true;
                 // What is for nobody is lost.
                 let _: io::Result<()> = end.send(self.now, transmit.to, &transmit.bytes);

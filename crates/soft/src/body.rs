@@ -19,16 +19,16 @@ pub struct SoftState {
 /// What energy a body has, J.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SoftEnergy {
-    /// Of deformation, from rest.
+    /// Energy of deformation, counted from rest, J.
     pub elastic_j: f64,
-    /// Of motion.
+    /// Energy of motion, J.
     pub kinetic_j: f64,
-    /// In gravity, from rest.
+    /// Energy in gravity, counted from rest, J.
     pub potential_j: f64,
 }
 
 impl SoftEnergy {
-    /// All of it.
+    /// The sum of all three, J.
     #[must_use]
     pub fn total_j(&self) -> f64 {
         self.elastic_j + self.kinetic_j + self.potential_j
@@ -47,7 +47,7 @@ pub enum SoftError {
     /// A point that is not in the body.
     #[error("the point ({}, {}, {}) m is {distance_m} m outside of the body", .point_m.x, .point_m.y, .point_m.z)]
     Outside {
-        /// The point.
+        /// Where the point is, m.
         point_m: DVec3,
         /// How far it is from the nearest point of the body, m.
         distance_m: f64,

@@ -17,6 +17,7 @@ use nalgebra::DMatrix;
 
 use self::rotation::norm_squared;
 use crate::body::{SoftBody, SoftEnergy, SoftError, SoftState};
+use crate::forces::unit_forces;
 use crate::linear::LinearBody;
 use crate::point::{MaterialPoint, PointForce};
 
@@ -54,13 +55,7 @@ impl SoftBody for Corotational {
     fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>> {
         let constants = &*self.constants;
         let factor = constants.at_rest.as_ref().ok()?;
-        let mut weights = DMatrix::zeros(constants.symbolic.coordinates(), 3 * points.len());
-        for (index, point) in points.iter().enumerate() {
-            for (&node, &weight) in point.nodes.iter().zip(&point.weights) {
-                let Some(position) = constants.symbolic.position(node) else { continue };
-                (0..3).for_each(|axis| weights[(3 * position + axis, 3 * index + axis)] += weight);
-            }
-        }
+        let weights = unit_forces(&constants.symbolic, points);
         let mut moved = weights.clone();
         factor.solve_columns_in_place(&mut moved);
         let compliance = weights.tr_mul(&moved);

@@ -6,7 +6,7 @@ use crate::factor::BlockMatrix;
 
 /// What holds a body together: an energy of its nodes' positions.
 pub(crate) trait Elastic: Clone + Send + Sync + 'static {
-    /// Elastic energy, J.
+    /// Elastic energy with the nodes at these places, J.
     fn energy_j(&self, positions_m: &[DVec3]) -> f64;
 
     /// Adds the elastic forces, N.

@@ -17,7 +17,7 @@ const MAX_CORRECTIONS: usize = 20;
 #[derive(Clone, Debug)]
 pub(crate) struct Enclosed {
     triangles: Vec<[u32; 3]>,
-    /// m³.
+    /// The volume that is kept, m³.
     pub(crate) volume_m3: f64,
 }
 

@@ -39,4 +39,4 @@ mod symbolic;
 pub use block_matrix::BlockMatrix;
 pub use cholesky::{Factor, FactorOf, NotPositive, Number};
 pub use substitution::Arithmetic;
-pub use symbolic::{Slot, Symbolic};
+pub use symbolic::{BlockSlot, Symbolic};

@@ -22,11 +22,12 @@ use cotouch_scene::scene::Scene;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use self::constants::{Constants, RestCompliance, VolumeGradient};
+use self::constants::{ImplicitConstants, RestCompliance, VolumeGradient};
 use self::potential::{MAX_HALVINGS, Potential, ROUNDING};
 use crate::body::{SoftBody, SoftEnergy, SoftError, SoftState};
 use crate::elastic::Elastic;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
+use crate::forces::unit_forces;
 use crate::linear::LinearBody;
 use crate::point::{MaterialPoint, PointForce};
 
@@ -45,7 +46,7 @@ const NEARLY_SETTLED: f64 = 1e-7;
 /// A body that [`Elastic`] holds together.
 #[derive(Clone)]
 pub(crate) struct ImplicitBody<E> {
-    constants: Arc<Constants<E>>,
+    constants: Arc<ImplicitConstants<E>>,
     state: SoftState,
     matrix: BlockMatrix,
     factor: Factor,
@@ -65,7 +66,7 @@ impl<E: Elastic> ImplicitBody<E> {
             positions_m: parts.rest_m.clone(),
             velocities_m_per_s: vec![DVec3::ZERO; parts.rest_m.len()],
         };
-        let mut constants = Constants {
+        let mut constants = ImplicitConstants {
             size_m: extent(&parts.rest_m),
             period_s: scene.rates.simulation_hz.period_s(),
             mass_damping_per_s: soft.mass_damping_per_s,
@@ -92,7 +93,7 @@ impl<E: Elastic> ImplicitBody<E> {
         }
         let mut body = Self::new(scene, parts.clone())?;
         let start = body.state.clone();
-        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
+        let potential = Potential::equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
         body.factorise(&potential);
         if !body.search(&potential, MAX_SETTLING_STEPS) {
             return Err(SoftError::NoEquilibrium("the mesh at rest does not come to rest".into()));
@@ -106,7 +107,7 @@ impl<E: Elastic> ImplicitBody<E> {
         let max_steps = MAX_QUASI_STATIC_STEPS.max(self.constants.newton_steps);
         self.recover_volume();
         let start = self.state.clone();
-        let potential = Potential::of_equilibrium(&start, forces_n);
+        let potential = Potential::equilibrium(&start, forces_n);
         self.factorise(&potential);
         self.search(&potential, max_steps);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);
@@ -154,7 +155,7 @@ impl<E: Elastic> ImplicitBody<E> {
     }
 
     fn potential_in_time<'a>(&mut self, start: &'a SoftState, forces_n: Vec<DVec3>) -> Potential<'a> {
-        let mut potential = Potential::of_equilibrium(start, forces_n);
+        let mut potential = Potential::equilibrium(start, forces_n);
         potential.add_time(&self.constants);
         let positive = !self.factorise(&potential);
         if potential.damping > 0.0 {
@@ -285,7 +286,7 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
         let start = self.state.clone();
         self.recover_volume();
         let begin = self.state.clone();
-        let potential = Potential::of_equilibrium(&begin, self.constants.external_forces(forces));
+        let potential = Potential::equilibrium(&begin, self.constants.external_forces(forces));
         self.factorise(&potential);
         if !self.search(&potential, MAX_SETTLING_STEPS) {
             self.state = start;
@@ -298,7 +299,7 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
 
     fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>> {
         let RestCompliance { factor, volume } = self.constants.at_rest.as_ref()?;
-        let forces = self.constants.unit_forces(points);
+        let forces = unit_forces(&self.constants.symbolic, points);
         let mut displacements = forces.clone();
         factor.solve_columns_in_place(&mut displacements);
         let mut compliance = forces.tr_mul(&displacements);
@@ -313,8 +314,8 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
         let mut body = self.clone();
         let constants = self.constants.clone();
         let start = self.state.clone();
-        let pressure = |enclosed| constants.pressure_of_most_pa(enclosed, &start.positions_m);
-        let mut potential = Potential::of_equilibrium(&start, constants.external_forces(&[]));
+        let pressure = |enclosed| constants.median_pressure_pa(enclosed, &start.positions_m);
+        let mut potential = Potential::equilibrium(&start, constants.external_forces(&[]));
         potential.known_pressure_pa = constants.parts.enclosed.as_ref().map(pressure);
         if !constants.quasi_static {
             potential.add_time(&constants);
@@ -325,7 +326,7 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
     }
 
     fn energy(&self) -> SoftEnergy {
-        let Constants { parts, gravity_m_per_s2, .. } = &*self.constants;
+        let ImplicitConstants { parts, gravity_m_per_s2, .. } = &*self.constants;
         let SoftState { positions_m, velocities_m_per_s } = &self.state;
         let lifted =
             positions_m.iter().zip(&parts.rest_m).map(|(at, rest)| (*at - *rest).dot(*gravity_m_per_s2));

@@ -1,6 +1,6 @@
 //! Soft bodies that are simulated slowly (20 to 60 Hz): one step is a pure function, whatever the technique.
 //!
-//! Haptics knows a soft body through [`SoftBody`] only, as the paper asks (Barbagli, Salisbury & Prattichizzo 2003, §2):
+//! Haptics knows a soft body through [`SoftBody`] only, as Barbagli et al. 2003, §2, ask:
 //! where its nodes are, what a step under forces at material points does to them, and, if the technique can tell, how
 //! compliant it is where it is touched.
 //!
@@ -16,6 +16,7 @@ mod corotational;
 mod elastic;
 mod enclosed;
 pub mod factor;
+mod forces;
 mod implicit;
 mod inversion;
 mod linear;

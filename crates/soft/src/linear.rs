@@ -24,7 +24,7 @@ use crate::point::MaterialPoint;
 /// gradient of a volume that is kept (absent in most bodies).
 #[derive(Clone, Debug, PartialEq)]
 pub struct LinearBody {
-    /// h, s.
+    /// Length h of a period, s.
     pub period_s: f64,
     /// Whether the step is the quasi-static one.
     pub quasi_static: bool,
@@ -32,15 +32,15 @@ pub struct LinearBody {
     pub coordinates: Vec<(u32, u8)>,
     /// Diagonal of M, kg.
     pub mass_kg: Vec<f64>,
-    /// α, 1/s.
+    /// Rayleigh damping α of the mass, 1/s.
     pub mass_damping_per_s: f64,
-    /// β, s.
+    /// Rayleigh damping β of the stiffness, s.
     pub stiffness_damping_s: f64,
     /// K, N/m: all entries (row, column, value), both triangles; entries at the same place add.
     pub stiffness: Vec<(u32, u32, f64)>,
     /// K_s, likewise; `None` where it is K.
     pub step_stiffness: Option<Vec<(u32, u32, f64)>>,
-    /// g.
+    /// Gradient g of a volume that is kept, m²; `None` in most bodies.
     pub volume_gradient: Option<Vec<f64>>,
 }
 
@@ -49,13 +49,13 @@ pub struct LinearBody {
 /// M-orthonormal coordinates `z` with `q = V·z`: the mass matrix is the identity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReducedBody {
-    /// h, s.
+    /// Length h of a period, s.
     pub period_s: f64,
     /// Whether the step is the quasi-static one. Then the coordinates are scaled so that `stiffness` is the identity.
     pub quasi_static: bool,
-    /// α, 1/s.
+    /// Rayleigh damping α of the mass, 1/s.
     pub mass_damping_per_s: f64,
-    /// β, s.
+    /// Rayleigh damping β of the stiffness, s.
     pub stiffness_damping_s: f64,
     /// VᵀKV, k × k.
     pub stiffness: DMatrix<f64>,

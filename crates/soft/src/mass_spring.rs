@@ -21,7 +21,7 @@ use crate::implicit::{ImplicitBody, Parts};
 use crate::inversion::Inversion;
 use crate::mesh;
 
-/// What k·l²/(E·V) is.
+/// The ratio k·l²/(E·V) of every spring.
 const STIFFNESS: f64 = 24.0 / 25.0;
 
 /// Poisson's ratios that a network of springs is taken for, though it always has 1/4.

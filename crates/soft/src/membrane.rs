@@ -23,9 +23,9 @@ const MIN_STRETCH: f64 = 1e-6;
 #[derive(Clone, Debug)]
 pub(crate) struct Membrane {
     triangles: Vec<Triangle>,
-    /// t·μ, N/m.
+    /// Thickness times the shear modulus, t·μ, N/m.
     shear_n_per_m: f64,
-    /// t·λ, N/m.
+    /// Thickness times Lamé's first constant in plane stress, t·λ, N/m.
     lame_n_per_m: f64,
     thickness_m: f64,
 }
@@ -33,14 +33,14 @@ pub(crate) struct Membrane {
 #[derive(Clone, Debug)]
 struct Triangle {
     nodes: [u32; 3],
-    /// As cut, m².
+    /// Area as cut, m².
     area_m2: f64,
     /// Gradients of the nodes' shares over the skin as cut, 1/m: F is the sum of each node's place times its gradient.
     gradients: [DVec2; 3],
 }
 
 /// F in the directions of its stretches.
-struct Stretch {
+struct PrincipalStretches {
     /// σ₁ ≥ σ₂ ≥ 0.
     sigma: [f64; 2],
     /// The directions in the skin as cut.
@@ -68,7 +68,7 @@ impl Membrane {
         }
     }
 
-    /// ∂ψ/∂σ, N/m.
+    /// The tensions ∂ψ/∂σ along both stretches, N/m.
     fn tensions(&self, [first, second]: [f64; 2]) -> [f64; 2] {
         let both = self.lame_n_per_m * (first + second - 2.0);
         [first, second].map(|sigma| 2.0 * self.shear_n_per_m * (sigma - 1.0) + both)
@@ -77,7 +77,7 @@ impl Membrane {
     /// ψ's second derivative: each eigenvector as (left, right) pairs of which it is the sum of products, and its eigenvalue.
     fn modes(
         &self,
-        Stretch { sigma, from: [v1, v2], to: [u1, u2, normal] }: &Stretch,
+        PrincipalStretches { sigma, from: [v1, v2], to: [u1, u2, normal] }: &PrincipalStretches,
     ) -> [([DVec3; 2], f64); 6] {
         let (shear, lame) = (2.0 * self.shear_n_per_m, 2.0 * self.lame_n_per_m);
         let [first, second] = self.tensions(*sigma);
@@ -110,18 +110,18 @@ impl Triangle {
         Self { nodes, area_m2: 0.5 * twice, gradients: gradients.map(|gradient| gradient / twice) }
     }
 
-    fn stretch(&self, positions_m: &[DVec3]) -> Stretch {
+    fn stretch(&self, positions_m: &[DVec3]) -> PrincipalStretches {
         let column = |axis: usize| -> DVec3 {
             let terms = self.nodes.iter().zip(&self.gradients);
             terms.map(|(&node, gradient)| positions_m[node as usize] * gradient[axis]).sum()
         };
-        Stretch::of([column(0), column(1)])
+        PrincipalStretches::from_columns([column(0), column(1)])
     }
 }
 
-impl Stretch {
+impl PrincipalStretches {
     /// The singular value decomposition of the matrix of these columns.
-    fn of([x, y]: [DVec3; 2]) -> Self {
+    fn from_columns([x, y]: [DVec3; 2]) -> Self {
         let angle = 0.5 * f64::atan2(2.0 * x.dot(y), x.length_squared() - y.length_squared());
         let first = DVec2::from_angle(angle);
         let from = [first, first.perp()];
@@ -147,7 +147,7 @@ impl Elastic for Membrane {
 
     fn add_forces(&self, positions_m: &[DVec3], forces_n: &mut [DVec3]) {
         for triangle in &self.triangles {
-            let Stretch { sigma, from: [v1, v2], to: [u1, u2, _] } = triangle.stretch(positions_m);
+            let PrincipalStretches { sigma, from: [v1, v2], to: [u1, u2, _] } = triangle.stretch(positions_m);
             let [first, second] = self.tensions(sigma);
             for (&node, gradient) in triangle.nodes.iter().zip(&triangle.gradients) {
                 let pull = first * v1.dot(*gradient) * u1 + second * v2.dot(*gradient) * u2;
@@ -177,7 +177,7 @@ impl Elastic for Membrane {
     fn stress_pa(&self, positions_m: &[DVec3], stress: &mut Vec<f32>) {
         let mut sums = vec![(0.0, 0.0); positions_m.len()];
         for triangle in &self.triangles {
-            let Stretch { sigma, .. } = triangle.stretch(positions_m);
+            let PrincipalStretches { sigma, .. } = triangle.stretch(positions_m);
             let [first, second] = self.tensions(sigma);
             let [a, b] = [first / sigma[1].max(MIN_STRETCH), second / sigma[0].max(MIN_STRETCH)];
             let value = (a * a - a * b + b * b).sqrt() / self.thickness_m;

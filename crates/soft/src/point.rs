@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// a tetrahedron four. The weights sum to 1.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MaterialPoint {
-    /// Which nodes.
+    /// The nodes of which the point is a mean.
     pub nodes: [u32; 4],
     /// How much each counts.
     pub weights: [f64; 4],
@@ -35,8 +35,8 @@ impl MaterialPoint {
 /// A force on a point of the material, N, world frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct PointForce {
-    /// Where.
+    /// The point of the material on which it acts.
     pub at: MaterialPoint,
-    /// N.
+    /// The force in the world's frame, N.
     pub force_n: DVec3,
 }

@@ -16,6 +16,6 @@ pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
         SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
         SoftModel::MassSpring => Ok(Box::new(mass_spring(scene)?)),
         SoftModel::Balloon => Ok(Box::new(balloon(scene)?)),
-        SoftModel::Corotational => Ok(Box::new(Corotational::of_scene(scene)?)),
+        SoftModel::Corotational => Ok(Box::new(Corotational::from_scene(scene)?)),
     }
 }

@@ -1,6 +1,6 @@
 //! Vectors over the free coordinates.
 
-/// The scalar product.
+/// The scalar product of two vectors of equal length.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -58,7 +58,7 @@ fn sphere_on_a_box(criterion: &mut Criterion) {
         });
         let inertia = Inertia::new(0.4, DMat3::from_diagonal(DVec3::new(2.0, 2.4, 3.1) * 1e-4));
         let freedom = if name == "plane" { Freedom::Plane(DVec3::Z) } else { Freedom::Space };
-        let stepper = Stepper::of(inertia, T, Integrator::ExactHold, freedom);
+        let stepper = Stepper::rigid(inertia, T, Integrator::ExactHold, freedom);
         let start = body;
         group.bench_function(format!("{name}, touch and step"), |bencher| {
             bencher.iter(|| {

@@ -11,7 +11,7 @@
 //! The anchor is on the surface of spheres that just touch, at `c + d·n` where it is set: on a flat face that is the
 //! same, and where the normal turns, at edges and between facets, what is deep does not count as slip.
 //!
-//! It sticks again where the tangential speed is at most `v_tr` (thesis, Fig. 7.4). At first contact the device may be
+//! It sticks again where the tangential speed is at most `v_tr` (Fotoohi Ghiam 2006, Fig. 7.4). At first contact the device may be
 //! pushed to a stop by pulses of its largest force, (7.1)–(7.2).
 //!
 //! The body gets the opposite force on the line through the sphere's centre. A tick allocates nothing.
@@ -22,10 +22,10 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::approach::Approach;
-use crate::corner::Corner;
+use crate::corner::CornerSphere;
 use crate::probe::Probe;
 use crate::shape::Surface;
-use crate::wall::Plane;
+use crate::wall::FixedPlane;
 
 /// The constants of a contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -34,7 +34,7 @@ pub struct ContactModel {
     pub normal: SpringDamper,
     /// k_T, b_T: along the surface.
     pub tangential: SpringDamper,
-    /// μ_s.
+    /// Coefficient of static friction μ_s.
     pub static_friction: f64,
     /// μ_k, at most μ_s.
     pub dynamic_friction: f64,
@@ -95,16 +95,16 @@ pub enum Phase {
         /// Ticks with the largest force, this one included.
         pulses_left: u32,
     },
-    /// It sticks.
+    /// The sphere sticks to its anchor.
     PreSlide,
-    /// It slides.
+    /// The sphere slides along the surface.
     Slide,
 }
 
 /// What a contact remembers between ticks: a plain value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactState {
-    /// What it does.
+    /// What the contact does in the present tick.
     pub phase: Phase,
     /// Where the centre of a sphere that just touches is held along the surface, body frame, m. Only its tangential part
     /// counts; being on the surface, it counts the same for the next face.
@@ -130,18 +130,18 @@ impl ContactState {
 /// A sphere that touches: a finger, or a corner of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sphere {
-    /// World, m.
+    /// Where the centre is in the world's frame, m.
     pub centre: DVec3,
     /// Of the centre, world, m/s.
     pub velocity: DVec3,
-    /// m.
+    /// Radius of the sphere, m.
     pub radius_m: f64,
 }
 
 impl Sphere {
     /// A corner of a body that is at a pose, with a twist.
     #[must_use]
-    pub fn of_corner(corner: &Corner, (pose, twist): (&Pose, &Twist)) -> Self {
+    pub fn from_corner(corner: &CornerSphere, (pose, twist): (&Pose, &Twist)) -> Self {
         let arm = pose.orientation * corner.centre;
         let velocity = twist.linear + twist.angular.cross(arm);
         Self { centre: pose.position + arm, velocity, radius_m: corner.radius_m }
@@ -227,7 +227,7 @@ pub fn touch(
 pub fn touch_plane(
     model: &ContactModel,
     state: &mut ContactState,
-    plane: &Plane,
+    plane: &FixedPlane,
     sphere: &Sphere,
 ) -> Option<ContactForce> {
     let height = plane.height(sphere.centre);

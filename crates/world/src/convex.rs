@@ -14,7 +14,7 @@ const MAX_STEPS: usize = 16;
 /// Where a point is, seen along a face's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Over {
-    /// Over the face.
+    /// The point lies over the face.
     Within,
     /// Past the edge that it shares with this face.
     Past(u32),

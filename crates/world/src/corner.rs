@@ -7,13 +7,13 @@ use glam::DVec3;
 pub const MAX_CORNERS: usize = 32;
 
 /// Spheres that stand for a body.
-pub type Corners = ArrayVec<Corner, MAX_CORNERS>;
+pub type Corners = ArrayVec<CornerSphere, MAX_CORNERS>;
 
 /// A sphere, fixed to a body, that stands for it where it meets other surfaces.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
-    /// Body frame, m.
+pub struct CornerSphere {
+    /// Where the centre is in the body's frame, m.
     pub centre: DVec3,
-    /// m.
+    /// Radius of the sphere, m.
     pub radius_m: f64,
 }

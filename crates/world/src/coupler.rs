@@ -1,5 +1,5 @@
-//! Virtual couplers: a spring and damper between two moving points (thesis (3.4), (4.25)–(4.29)), and how far two frames
-//! are turned against each other.
+//! Virtual couplers: a spring and damper between two moving points (Fotoohi Ghiam 2006, (3.4), (4.25)–(4.29)), and how
+//! far two frames are turned against each other.
 
 use cotouch_scene::scene::SpringDamper;
 use glam::{DQuat, DVec3};

@@ -94,7 +94,7 @@ mod tests {
     fn step(body: &mut BodyState, pull: Wrench) {
         let friction = friction().resist(body, &pull);
         let wrench = Wrench { force: pull.force + friction.force, torque: pull.torque + friction.torque };
-        Stepper::of(inertia(), T, Integrator::ExactHold, PLANE).step(body, &wrench);
+        Stepper::rigid(inertia(), T, Integrator::ExactHold, PLANE).step(body, &wrench);
     }
 
     #[test]
@@ -144,7 +144,7 @@ mod tests {
         let mut body = BodyState::at_rest(DVec3::ZERO);
         body.twist.linear = DVec3::new(0.2, 0.1, 0.0);
         body.twist.angular = DVec3::Z * -3.0;
-        let stepper = Stepper::of(inertia(), T, Integrator::ExactHold, PLANE);
+        let stepper = Stepper::rigid(inertia(), T, Integrator::ExactHold, PLANE);
         for tick in 0..5000 {
             let phase = 0.37 * f64::from(tick);
             let force = DVec3::new(2.0 * phase.sin(), 3.0 * (1.7 * phase).cos(), 0.0);

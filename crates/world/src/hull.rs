@@ -6,7 +6,7 @@ use glam::{DMat3, DVec3};
 use parry3d_f64::transformation::try_convex_hull;
 
 use crate::convex::{Convex, Over};
-use crate::corner::{Corner, Corners, MAX_CORNERS};
+use crate::corner::{CornerSphere, Corners, MAX_CORNERS};
 
 /// Triangles whose normals differ by less than this (rad) lie in one plane.
 const FLAT: f64 = 1e-6;
@@ -30,7 +30,7 @@ struct Facet {
     neighbours: [u32; 3],
 }
 
-/// A convex polyhedron.
+/// A convex polyhedron as triangles with their neighbours.
 #[derive(Clone, Debug)]
 pub(crate) struct Hull {
     facets: Vec<Facet>,
@@ -76,7 +76,7 @@ impl Hull {
     /// Spheres of `radius_m` that touch, from inside, the faces at a vertex: at every vertex, or at [`MAX_CORNERS`] of
     /// them that are far from each other.
     pub(crate) fn corners(&self, radius_m: f64) -> Corners {
-        let corner = |vertex| Corner { centre: self.inset(vertex, radius_m), radius_m };
+        let corner = |vertex| CornerSphere { centre: self.inset(vertex, radius_m), radius_m };
         far_apart(&self.vertices).map(corner).collect()
     }
 

@@ -5,7 +5,7 @@
 //!
 //! * A virtual coupler is a spring and damper between two points: `f = k·(x_b − x_a) + b·(v_b − v_a)` on `a`.
 //! * A body of mass `m` under a force `f` held for `T` moves by [`Stepper`]: with *exact hold*
-//!   `x += T·v + T²·f/(2m)`, `v += T·f/m`, which is what (3.14)–(3.17) of the thesis give for a double integrator.
+//!   `x += T·v + T²·f/(2m)`, `v += T·f/m`, which is what Fotoohi Ghiam 2006, (3.14)–(3.17), give for a double integrator.
 //!   Turning is the same in a plane; in space it keeps the angular momentum.
 //! * A sphere that touches a surface is held by [`touch`]: a spring and damper across the surface that never
 //!   pulls, another along it, and friction that sticks. Fingers are spheres; bodies meet walls and each other with the
@@ -50,7 +50,7 @@ pub use approach::{Approach, ApproachSide};
 pub use contact::{
     Cancellation, ContactForce, ContactModel, ContactState, Phase, Sphere, touch, touch_plane,
 };
-pub use corner::{Corner, Corners, MAX_CORNERS};
+pub use corner::{CornerSphere, Corners, MAX_CORNERS};
 pub use ground::GroundFriction;
 pub use linear_block::LinearBlock;
 pub use probe::Probe;

@@ -15,13 +15,12 @@
 //! While a finger sticks, anchor, offset and normal are constant. Where the force would leave the cone of friction, the
 //! anchor slides along the surface, just so far that it does not. A finger comes off where `e_n ≤ 0`; what `pi` has
 //! integrated then drains linearly (Barbagli et al. 2003, §3.5). A two-sided contact does neither, has no thresholds, and is linear.
-
 //!
 //! # Adding a law
 //!
 //! A law is one file here with one [`LocalLaw`] (`p.rs` is the one to copy), its line in [`local_law`], and its word and
 //! variant of [`LocalModelKind`] in the scene crate. Its state numbers are in [`LocalContact::memory`]. Host and analysis
-//! find it in the table; the tests of all laws (`tests/local_laws.rs`, and `agreement_soft.rs` of the program) take every
+//! find it in the table; the tests of all laws (`tests/it/local_laws.rs`, and `agreement_soft.rs` of the program) take every
 //! kind that there is.
 
 mod compliance;
@@ -30,10 +29,10 @@ mod gains;
 mod hold;
 mod joint;
 mod law;
-mod linear;
 mod model;
 mod p;
 mod pi;
+mod sticking;
 mod surface;
 
 use cotouch_scene::scene::LocalModelKind;
@@ -41,18 +40,18 @@ use cotouch_scene::scene::LocalModelKind;
 pub use contact::{ContactInput, LAW_MEMORY, LocalContact};
 pub use gains::LocalGains;
 pub use joint::{JointContact, joint_forces};
-pub use law::{Forces, FrameCompliance, LawClock, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};
-pub use linear::{LinearLaw, StickingContacts};
+pub use law::{FingerForces, FrameCompliance, LawClock, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};
 pub use model::SoftContactModel;
+pub use sticking::StickingContacts;
 pub use surface::SurfaceInUse;
 
 /// The law of a kind: the table of all laws.
 #[must_use]
 pub fn local_law(kind: LocalModelKind) -> &'static dyn LocalLaw {
     match kind {
-        LocalModelKind::Hold => &hold::Hold,
-        LocalModelKind::P => &p::P,
-        LocalModelKind::Pi => &pi::Pi,
-        LocalModelKind::Compliance => &compliance::Compliance,
+        LocalModelKind::Hold => &hold::HoldLaw,
+        LocalModelKind::P => &p::PLaw,
+        LocalModelKind::Pi => &pi::PiLaw,
+        LocalModelKind::Compliance => &compliance::ComplianceLaw,
     }
 }

@@ -43,7 +43,7 @@ pub use mesh_surface::{MeshSurface, SurfaceError, SurfacePoint};
 
 use crate::probe::Probe;
 
-use half_space::{Foot, HalfSpace, Held, TOLERANCE_M};
+use half_space::{Foot, HalfSpace, HeldPlane, TOLERANCE_M};
 use mesh_surface::HalfSpaces;
 
 /// Smaller spheres (m) are treated as this large: a point has no side to be on.
@@ -229,7 +229,7 @@ impl MeshSurface {
                 at = next;
                 // What is held by triangles that it touches is as near as it gets; planes may also hold where their
                 // triangles are not.
-                let touches = |(space, _): &Held| {
+                let touches = |(space, _): &HeldPlane| {
                     self.nearest_of(space.triangle, at).distance(at) <= radius + TOUCHES_M
                 };
                 if left || foot.held.iter().all(touches) || (rests && !easy) {

@@ -19,7 +19,7 @@ const MAX_ITERATIONS: usize = 8;
 pub struct BodyState {
     /// Pose of the centre of mass.
     pub pose: Pose,
-    /// Its twist.
+    /// Velocity of the centre of mass and angular velocity, world frame.
     pub twist: Twist,
 }
 
@@ -93,7 +93,7 @@ impl Inertia {
     /// Of a scene's body: solid and of uniform density. A body without a surface does not turn, a fixed one does not
     /// move.
     #[must_use]
-    pub fn of(body: &Body) -> Self {
+    pub fn from_body(body: &Body) -> Self {
         let MassProperties { mass_kg, inertia_kg_m2 } = body.shape.mass_properties(body.mass_kg);
         let inertia = if inertia_kg_m2 == DMat3::ZERO {
             Self::point(mass_kg)
@@ -127,7 +127,7 @@ impl Inertia {
         orientation * (self.inertia_kg_m2 * (orientation.conjugate() * body.twist.angular))
     }
 
-    /// Kinetic energy, J.
+    /// Kinetic energy of a body in this state, J.
     #[must_use]
     pub fn kinetic_energy_j(&self, body: &BodyState) -> f64 {
         let turning = body.twist.angular.dot(self.angular_momentum(body));
@@ -147,14 +147,14 @@ pub enum Freedom {
     Line(DVec3),
     /// Across a unit normal, and turning about it.
     Plane(DVec3),
-    /// Everywhere.
+    /// In every direction, and about every axis.
     Space,
 }
 
 impl Freedom {
     /// Of the bodies of a scene: along x, in the x-y plane, or everywhere.
     #[must_use]
-    pub fn of(space: Space) -> Self {
+    pub fn from_space(space: Space) -> Self {
         match space {
             Space::Line => Self::Line(DVec3::X),
             Space::Plane => Self::Plane(DVec3::Z),
@@ -199,7 +199,7 @@ impl Stepper {
 
     /// For a body that turns as its freedom lets it; a fixed one stays where it is.
     #[must_use]
-    pub fn of(inertia: Inertia, period_s: f64, integrator: Integrator, freedom: Freedom) -> Self {
+    pub fn rigid(inertia: Inertia, period_s: f64, integrator: Integrator, freedom: Freedom) -> Self {
         let point = Self::new(inertia.mass_kg, period_s, integrator, freedom);
         if inertia.inverse_mass_per_kg > 0.0 {
             return Self { inertia, ..point };

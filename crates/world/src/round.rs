@@ -10,7 +10,7 @@ const CORE: f64 = 0.25;
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Round {
-    /// m.
+    /// Distance of the surface from the segment, m.
     pub(crate) radius: f64,
     /// Half of the segment, m; zero for a ball.
     pub(crate) half_length: f64,

@@ -10,7 +10,7 @@ use glam::DVec3;
 
 use crate::approach::Approach;
 use crate::convex::probe_convex;
-use crate::corner::{Corner, Corners};
+use crate::corner::{CornerSphere, Corners};
 use crate::cuboid::Cuboid;
 use crate::hull::Hull;
 use crate::probe::Probe;
@@ -27,7 +27,7 @@ const CORNER_RADIUS_OF_HULL: f64 = 0.05;
 const PRISM: f64 = 10.0;
 
 #[derive(Clone, Debug)]
-enum Solid {
+enum SolidShape {
     None,
     Round(Round),
     Box(Cuboid),
@@ -45,7 +45,7 @@ struct MeshSolid {
 /// The surface of a body, made once.
 #[derive(Clone, Debug)]
 pub struct Surface {
-    solid: Solid,
+    solid: SolidShape,
     corners: Corners,
     bounding_radius_m: f64,
 }
@@ -56,21 +56,21 @@ impl Surface {
     pub fn new(shape: &Shape) -> Self {
         let solid = solid(shape);
         let corners = match &solid {
-            Solid::None => Corners::new(),
-            Solid::Round(round) => round_corners(round),
-            Solid::Box(cuboid) => {
+            SolidShape::None => Corners::new(),
+            SolidShape::Round(round) => round_corners(round),
+            SolidShape::Box(cuboid) => {
                 let radius = 2.0 * CORNER_RADIUS_OF_BOX * cuboid.half.min_element();
                 box_corners(cuboid.half, radius)
             }
-            Solid::Hull(hull) | Solid::Mesh(MeshSolid { hull, .. }) => {
+            SolidShape::Hull(hull) | SolidShape::Mesh(MeshSolid { hull, .. }) => {
                 hull.corners(CORNER_RADIUS_OF_HULL * hull.bounding_radius_m())
             }
         };
         let bounding_radius_m = match &solid {
-            Solid::None => 0.0,
-            Solid::Round(round) => round.radius + round.half_length,
-            Solid::Box(cuboid) => cuboid.half.length(),
-            Solid::Hull(hull) | Solid::Mesh(MeshSolid { hull, .. }) => hull.bounding_radius_m(),
+            SolidShape::None => 0.0,
+            SolidShape::Round(round) => round.radius + round.half_length,
+            SolidShape::Box(cuboid) => cuboid.half.length(),
+            SolidShape::Hull(hull) | SolidShape::Mesh(MeshSolid { hull, .. }) => hull.bounding_radius_m(),
         };
         Self { solid, corners, bounding_radius_m }
     }
@@ -84,7 +84,7 @@ impl Surface {
     #[must_use]
     pub fn planar(shape: &Shape) -> Self {
         let mut surface = Self::new(shape);
-        if let Solid::Box(cuboid) = &mut surface.solid {
+        if let SolidShape::Box(cuboid) = &mut surface.solid {
             let flat = DVec3::new(cuboid.half.x, cuboid.half.y, 0.0);
             surface.bounding_radius_m = flat.length();
             surface.corners = planar_box_corners(flat);
@@ -99,7 +99,7 @@ impl Surface {
     /// Whether there is a surface to touch.
     #[must_use]
     pub fn exists(&self) -> bool {
-        !matches!(self.solid, Solid::None)
+        !matches!(self.solid, SolidShape::None)
     }
 
     /// The body fits into a sphere of this radius about its centre of mass, m.
@@ -112,7 +112,7 @@ impl Surface {
     /// inside, a ball itself, a capsule its ends, a hull or mesh one at each vertex (at most [`MAX_CORNERS`](crate::corner::MAX_CORNERS), far
     /// from each other).
     #[must_use]
-    pub fn corners(&self) -> &[Corner] {
+    pub fn corners(&self) -> &[CornerSphere] {
         &self.corners
     }
 
@@ -121,7 +121,7 @@ impl Surface {
     #[must_use]
     pub fn seen_far(&self, centre: DVec3) -> Approach {
         match &self.solid {
-            Solid::Mesh(mesh) => Approach::Mesh(mesh.surface.seen_outside(centre)),
+            SolidShape::Mesh(mesh) => Approach::Mesh(mesh.surface.seen_outside(centre)),
             _ => Approach::default(),
         }
     }
@@ -133,11 +133,11 @@ impl Surface {
     pub fn probe(&self, proxy: &mut Approach, centre: DVec3, radius: f64) -> Option<Probe> {
         let mut side = proxy.side();
         let probe = match &self.solid {
-            Solid::None => return None,
-            Solid::Round(round) => round.probe(&mut side, centre, radius),
-            Solid::Box(cuboid) => probe_convex(cuboid, &mut side, centre, radius),
-            Solid::Hull(hull) => probe_convex(hull, &mut side, centre, radius),
-            Solid::Mesh(mesh) => {
+            SolidShape::None => return None,
+            SolidShape::Round(round) => round.probe(&mut side, centre, radius),
+            SolidShape::Box(cuboid) => probe_convex(cuboid, &mut side, centre, radius),
+            SolidShape::Hull(hull) => probe_convex(hull, &mut side, centre, radius),
+            SolidShape::Mesh(mesh) => {
                 let mut state = proxy.mesh();
                 let probe = mesh.surface.probe(&mut state, centre, radius);
                 *proxy = Approach::Mesh(state);
@@ -150,30 +150,30 @@ impl Surface {
 }
 
 /// What a shape is to be asked as.
-fn solid(shape: &Shape) -> Solid {
+fn solid(shape: &Shape) -> SolidShape {
     let of_mesh = || {
         let mesh = shape.surface.as_ref()?;
         Some((mesh, Hull::new(&mesh.vertices)?))
     };
     match shape.kind {
-        ShapeKind::Point => Solid::None,
-        ShapeKind::Ball => Solid::Round(Round { radius: shape.radius_m, half_length: 0.0 }),
+        ShapeKind::Point => SolidShape::None,
+        ShapeKind::Ball => SolidShape::Round(Round { radius: shape.radius_m, half_length: 0.0 }),
         ShapeKind::Capsule => {
-            Solid::Round(Round { radius: shape.radius_m, half_length: 0.5 * shape.length_m })
+            SolidShape::Round(Round { radius: shape.radius_m, half_length: 0.5 * shape.length_m })
         }
-        ShapeKind::Box => Solid::Box(Cuboid { half: 0.5 * shape.size_m }),
-        ShapeKind::Hull => of_mesh().map_or(Solid::None, |(_, hull)| Solid::Hull(hull)),
+        ShapeKind::Box => SolidShape::Box(Cuboid { half: 0.5 * shape.size_m }),
+        ShapeKind::Hull => of_mesh().map_or(SolidShape::None, |(_, hull)| SolidShape::Hull(hull)),
         ShapeKind::Mesh => of_mesh()
             .and_then(|(mesh, hull)| {
-                let surface = Arc::new(MeshSurface::of(mesh).ok()?);
-                Some(Solid::Mesh(MeshSolid { surface, hull }))
+                let surface = Arc::new(MeshSurface::new(mesh.vertices.clone(), &mesh.triangles).ok()?);
+                Some(SolidShape::Mesh(MeshSolid { surface, hull }))
             })
-            .unwrap_or(Solid::None),
+            .unwrap_or(SolidShape::None),
     }
 }
 
 fn round_corners(round: &Round) -> Corners {
-    let corner = |y: f64| Corner { centre: DVec3::Y * y, radius_m: round.radius };
+    let corner = |y: f64| CornerSphere { centre: DVec3::Y * y, radius_m: round.radius };
     if round.half_length > 0.0 {
         [corner(-round.half_length), corner(round.half_length)].into_iter().collect()
     } else {
@@ -190,16 +190,16 @@ fn box_corners(half: DVec3, radius_m: f64) -> Corners {
     let inset = half - DVec3::splat(radius_m);
     let sign = |bit: u32| if bit == 0 { -1.0 } else { 1.0 };
     let corner = |i: u32| inset * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4));
-    (0..8).map(|i| Corner { centre: corner(i), radius_m }).collect()
+    (0..8).map(|i| CornerSphere { centre: corner(i), radius_m }).collect()
 }
 
-fn flattened(corners: &[Corner]) -> Corners {
+fn flattened(corners: &[CornerSphere]) -> Corners {
     let mut flat = Corners::new();
     for corner in corners {
         let centre = DVec3::new(corner.centre.x, corner.centre.y, 0.0);
-        let known = |other: &Corner| (other.centre - centre).length() < 0.1 * corner.radius_m;
+        let known = |other: &CornerSphere| (other.centre - centre).length() < 0.1 * corner.radius_m;
         if !flat.iter().any(known) {
-            flat.push(Corner { centre, ..*corner });
+            flat.push(CornerSphere { centre, ..*corner });
         }
     }
     flat

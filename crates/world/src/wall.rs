@@ -5,15 +5,15 @@ use glam::DVec3;
 
 /// A half-space that never moves; its surface is met by [`crate::contact::touch_plane`].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plane {
+pub struct FixedPlane {
     /// A point of it, m.
     pub point: DVec3,
     /// Where it pushes to: a unit vector.
     pub normal: DVec3,
 }
 
-impl Plane {
-    /// A scene's plane.
+impl FixedPlane {
+    /// The half-space that a scene's plane bounds.
     #[must_use]
     pub fn new(wall: &WallPlane) -> Self {
         Self { point: wall.point_m, normal: wall.normal.normalize_or(DVec3::NEG_X) }
@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn a_plane_takes_a_normal_of_any_length() {
         let wall = WallPlane { name: "floor".into(), point_m: DVec3::Y * 0.2, normal: DVec3::Y * 5.0 };
-        let plane = Plane::new(&wall);
+        let plane = FixedPlane::new(&wall);
         assert_eq!(plane.normal, DVec3::Y);
         assert!((plane.height(DVec3::new(7.0, 0.5, -3.0)) - 0.3).abs() < 1e-15);
     }

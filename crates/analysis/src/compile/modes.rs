@@ -1,7 +1,7 @@
 //! Which sets of contacts are analysed.
 
-use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::SceneValues;
 
 use super::{ContactMode, compile_at};
 use crate::operating_point::Settled;
@@ -10,7 +10,7 @@ use crate::operating_point::Settled;
 const MAX_MODES: usize = 256;
 
 /// Every contact mode, the free one first, and what was left out, in plain sentences.
-pub(crate) fn modes(scene: &Scene) -> (Vec<ContactMode>, Vec<String>) {
+pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {
     let settled = Settled::of(scene);
     let mut notes = settled.notes.clone();
     let walls = wall_sets(&settled, &mut notes);

@@ -1,7 +1,8 @@
 //! Gains as shares of K_o, for everything that a scene says of its slow loop.
 
 use cotouch_scene::Scene;
-use cotouch_scene::scene::{LocalModelKind, ReturnedForce, SurfaceHold};
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
+use cotouch_world::local::{LawClock, local_law};
 use nalgebra::DMatrix;
 
 use crate::eigenvalues::{eigenvalues, spectral_radius};
@@ -19,7 +20,7 @@ const SHARE_OF_LARGEST: f64 = 0.5;
 
 /// `[K_h, INT]` in units of K_o that keep the slow loop of a scene, the hands held still, farthest from instability, for
 /// objects whose K_o is wrong by up to 30 % and that give way up to three times less in other directions; INT is 0 but for
-/// `pi`.
+/// laws with an integral.
 ///
 /// The loop, in periods, with compliance c, h = K_h/K_o, i = INT/K_o and the weights' moments m, m₂ (as in
 /// [`crate::local_model`]), d the delay of results:
@@ -31,11 +32,9 @@ const SHARE_OF_LARGEST: f64 = 0.5;
 #[must_use]
 pub fn ratios(scene: &Scene) -> [f64; 2] {
     let slow = SlowPeriods::of(scene);
-    match scene.local_model.kind {
-        LocalModelKind::Pi => slow.best_pi(),
-        LocalModelKind::Hold | LocalModelKind::P | LocalModelKind::Compliance => {
-            [slow.half_of_largest(), 0.0]
-        }
+    match local_law(scene.local_model.kind).needs().integral_gain {
+        true => slow.best_pi(),
+        false => [slow.half_of_largest(), 0.0],
     }
 }
 
@@ -60,7 +59,7 @@ impl SlowPeriods {
         // Σ w_j·j/N and Σ w_j·j·(j−1)/2N².
         let last = (ticks - 1.0) / ticks;
         let moments = match local.returned_force {
-            _ if local.kind == LocalModelKind::Hold => [0.0, 0.0],
+            _ if local_law(local.kind).clock() == LawClock::SlowPeriod => [0.0, 0.0],
             ReturnedForce::First => [0.0, 0.0],
             ReturnedForce::Mean => [0.5 * last, last * (ticks - 2.0) / (6.0 * ticks)],
             ReturnedForce::Last => [last, 0.5 * last * (ticks - 2.0) / ticks],
@@ -144,6 +143,7 @@ fn largest_root(coefficients: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use cotouch_scene::load;
+    use cotouch_testkit::scenes::local_model_kinds;
 
     use super::*;
     use crate::local_model::{self, LocalModel, SlowLoop};
@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn what_is_chosen_is_stable_with_room_to_spare() {
-        for kind in ["hold", "p", "pi", "compliance"] {
+        for kind in local_model_kinds() {
             for returned in ["first", "mean", "last"] {
                 for (hold, delay) in [("zero", "0"), ("zero", "1"), ("first", "0"), ("first", "1")] {
                     let settings = [

@@ -54,13 +54,13 @@ fn scene(
     kind: LocalModelKind,
     [kh, int]: [f64; 2],
 ) -> cotouch_scene::Scene {
-    let mut scene = cotouch_scene::load("spring", &[]).unwrap();
-    let rates = &mut scene.rates;
-    (rates.control_hz, rates.network_hz) = (control.parse().unwrap(), network.parse().unwrap());
-    rates.simulation_hz = slow.parse().unwrap();
-    scene.local_model.kind = kind;
-    (scene.local_model.stiffness_n_per_m, scene.local_model.integral_n_per_m) = (kh, int);
-    scene
+    cotouch_scene::load("spring", &[]).unwrap().edit_unchecked(|scene| {
+        let rates = &mut scene.rates;
+        (rates.control_hz, rates.network_hz) = (control.parse().unwrap(), network.parse().unwrap());
+        rates.simulation_hz = slow.parse().unwrap();
+        scene.local_model.kind = kind;
+        (scene.local_model.stiffness_n_per_m, scene.local_model.integral_n_per_m) = (kh, int);
+    })
 }
 
 fn finger(host: u8) -> Finger {
@@ -303,8 +303,9 @@ fn two_hosts(
     }
     let normal = DVec3::new(0.6, 0.0, 0.8);
     // Gains are shares of K_o here, so that the two contacts differ.
-    let mut scene = scene([control, network, slow], kind, [0.0, 0.0]);
-    (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
+    let scene = scene([control, network, slow], kind, [0.0, 0.0]).edit_unchecked(|scene| {
+        (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
+    });
     touched_body(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),

@@ -6,7 +6,7 @@ use cotouch_analysis::sweep::{Grid, Sweep};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};
-use cotouch_testkit::scenes::{chapter_5, spring, table_6_1, way, with_ratio, with_users};
+use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, way, with_ratio, with_users};
 
 const K_1: &str = "coupling.hand_object.stiffness_n_per_m";
 const K_2: &str = "coupling.remote_hand_object.stiffness_n_per_m";
@@ -109,22 +109,27 @@ fn random(numbers: &mut Numbers, count: usize) -> (Scene, Sweep, Sweep) {
     let architecture =
         if numbers.next() < 0.3 { Architecture::Centralized } else { Architecture::Distributed };
     let users = if numbers.next() < 0.8 { 2 } else { 3 };
-    let mut scene = with_ratio(with_users(table_6_1(architecture), users), 1 + numbers.below(8) as u32);
-    scene.link.delay_periods = numbers.below(4) as u32;
-    scene.coupling.hand_object = spring(numbers.within(100.0, 5000.0), numbers.within(1.0, 50.0));
-    scene.coupling.remote_hand_object = spring(numbers.within(10.0, 1000.0), numbers.within(0.1, 10.0));
-    scene.coupling.object_object = spring(numbers.within(50.0, 3000.0), numbers.within(1.0, 20.0));
-    scene.hand.mass_kg = numbers.within(0.05, 0.5);
-    if numbers.next() < 0.6 {
-        scene.hand.damping_n_s_per_m = numbers.within(0.5, 20.0);
-        scene.hand.stiffness_n_per_m = numbers.within(1.0, 500.0);
-    }
-    if numbers.next() < 0.3 {
-        scene.object.damping_n_s_per_m = -numbers.within(0.1, 3.0);
-    }
-    if numbers.next() < 0.3 {
-        scene.wall.stiffness_n_per_m = numbers.within(100.0, 5000.0);
-    }
+    let scene = edited(
+        &with_ratio(with_users(table_6_1(architecture), users), 1 + numbers.below(8) as u32),
+        |scene| {
+            scene.link.delay_periods = numbers.below(4) as u32;
+            scene.coupling.hand_object = spring(numbers.within(100.0, 5000.0), numbers.within(1.0, 50.0));
+            scene.coupling.remote_hand_object =
+                spring(numbers.within(10.0, 1000.0), numbers.within(0.1, 10.0));
+            scene.coupling.object_object = spring(numbers.within(50.0, 3000.0), numbers.within(1.0, 20.0));
+            scene.hand.mass_kg = numbers.within(0.05, 0.5);
+            if numbers.next() < 0.6 {
+                scene.hand.damping_n_s_per_m = numbers.within(0.5, 20.0);
+                scene.hand.stiffness_n_per_m = numbers.within(1.0, 500.0);
+            }
+            if numbers.next() < 0.3 {
+                scene.object.damping_n_s_per_m = -numbers.within(0.1, 3.0);
+            }
+            if numbers.next() < 0.3 {
+                scene.wall.stiffness_n_per_m = numbers.within(100.0, 5000.0);
+            }
+        },
+    );
     let first = numbers.below(KEYS.len());
     let second = (first + 1 + numbers.below(KEYS.len() - 1)) % KEYS.len();
     let mut swept = |(key, largest): (&str, f64)| {
@@ -218,8 +223,10 @@ fn whole_numbers_and_rates_are_not_divided() {
 #[test]
 fn finer_sweeps_and_other_labels_change_no_verdict() {
     let mut scene = with_users(table_6_1(Architecture::Distributed), 3);
-    scene.link.ways = vec![way(0, 1, 0.003), way(2, 0, 0.01)];
-    scene.link.play_out = PlayOut::OnArrival;
+    scene = edited(&scene, |scene| {
+        scene.link.ways = vec![way(0, 1, 0.003), way(2, 0, 0.01)];
+        scene.link.play_out = PlayOut::OnArrival;
+    });
     let at = |scene: &Scene, count| {
         let (x, y) = (sweep(K_2, 20.0, 2000.0, count, true), sweep(K_O, 0.0, 3000.0, count, false));
         map(scene, &x, Some(&y), false).stable
@@ -231,9 +238,11 @@ fn finer_sweeps_and_other_labels_change_no_verdict() {
         }
     }
     let moved = |host: HostIndex| HostIndex((host.0 + 1) % 3);
-    for way in &mut scene.link.ways {
-        (way.from, way.to) = (moved(way.from), moved(way.to));
-    }
+    scene = edited(&scene, |scene| {
+        for way in &mut scene.link.ways {
+            (way.from, way.to) = (moved(way.from), moved(way.to));
+        }
+    });
     assert_eq!(at(&scene, 13), coarse);
     assert!(coarse.concat().contains(&true) && coarse.concat().contains(&false));
 }

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Sweep, SweepError};
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;

@@ -2,7 +2,7 @@
 
 use std::net::ToSocketAddrs as _;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_runtime::transport;
 
 use crate::failure::Failure;

@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_net::probe::{ProbeReport, Sweep};
-use cotouch_net::route::Route;
+use cotouch_net::{ProbeReport, RateSweep, Route};
 use cotouch_runtime::transport;
 use cotouch_scene::time::Rate;
 use serde_json::{Value, json};
@@ -12,7 +11,7 @@ use super::address::resolve;
 use crate::arguments::Probe;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
-use crate::probing::{Prober, Reflector};
+use crate::probing::{LinkProbe, Reflector};
 use crate::progress::{Progress, Stop};
 
 /// Rates that a sweep stops at, Hz.
@@ -39,7 +38,7 @@ pub(super) fn serve(listen: Route, output: &Output) -> Result<Verdict, Failure> 
 pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     let server = resolve(&probe.server)?;
-    let mut prober = Prober::connect(server)?;
+    let mut prober = LinkProbe::connect(server)?;
     let progress = Progress::new(&format!("probing {server}"));
     let share = if probe.sweep { SWEEP_SHARE } else { 1.0 };
     let report =
@@ -65,12 +64,12 @@ pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> 
 /// The largest rate with less than 0.1 % lost, from the first one upwards.
 fn sweep(
     probe: &Probe,
-    prober: &mut Prober,
+    prober: &mut LinkProbe,
     first: &ProbeReport,
     stop: &Stop,
     progress: &Progress,
 ) -> anyhow::Result<Option<f64>> {
-    let mut sweep = Sweep::new(probe.rate.hz(), HIGHEST_SWEEP_HZ);
+    let mut sweep = RateSweep::new(probe.rate.hz(), HIGHEST_SWEEP_HZ);
     sweep.record(probe.rate.hz(), first);
     let mut done = SWEEP_SHARE;
     while let Some(hz) = sweep.next_rate().filter(|_| !stop.is_set()) {

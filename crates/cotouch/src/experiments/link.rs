@@ -2,8 +2,7 @@
 
 use std::net::{Ipv4Addr, SocketAddr};
 
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::probe::{self, ProbeConfig, ProbeReport, Prober};
+use cotouch_net::{ProbeConfig, ProbeReport, Prober, SimulatedLink, reflect_probe};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::{LocalTime, Rate};
@@ -116,7 +115,7 @@ fn measure_simulated(way: &Impairment) -> anyhow::Result<ProbeReport> {
             there.send(now.0, &transmit.bytes);
         }
         while let Some((at, bytes)) = there.poll_delivery(now.0) {
-            if let Some(echo) = probe::reflect(bytes) {
+            if let Some(echo) = reflect_probe(bytes) {
                 back.send(at, &echo);
             }
         }
@@ -137,7 +136,7 @@ fn measure_loopback() -> anyhow::Result<ProbeReport> {
     let (route, stop) = (reflector.route(), Stop::default());
     std::thread::scope(|scope| {
         let serving = scope.spawn(|| reflector.run(&stop));
-        let mut prober = probing::Prober::connect(route)?;
+        let mut prober = probing::LinkProbe::connect(route)?;
         let report = prober.measure(Rate::new(RATE_HZ, 1)?, LOOPBACK_S, &stop, &mut |_| {});
         stop.set();
         serving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

@@ -8,6 +8,7 @@ use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Shape, ShapeKind};
 use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 fn scene(name: &str, settings: &[&str]) -> Scene {
@@ -110,17 +111,18 @@ fn who_touches_the_balloon_feels_the_other_press_it_and_would_not_on_a_rigid_she
     assert!(alone.x > 0.05, "ben touches the balloon: {alone} N");
     assert!(together.x > 1.2 * alone.x, "alone {alone} N, while anna presses {together} N");
 
-    let mut shell = scene("single-axis", &["session.users=2", "space=space"]);
-    shell.users.clone_from(&balloon.users);
-    shell.hand = balloon.hand.clone();
-    shell.bodies = vec![cotouch_scene::scene::Body {
-        name: "shell".into(),
-        shape: Shape { kind: ShapeKind::Ball, radius_m: 0.06, ..shell.object.shape.clone() },
-        mass_kg: 1.0,
-        position_m: DVec3::ZERO,
-        rotation_rad: DVec3::ZERO,
-        fixed: true,
-    }];
+    let shell = edited(&scene("single-axis", &["session.users=2", "space=space"]), |shell| {
+        shell.users.clone_from(&balloon.users);
+        shell.hand = balloon.hand.clone();
+        shell.bodies = vec![cotouch_scene::scene::Body {
+            name: "shell".into(),
+            shape: Shape { kind: ShapeKind::Ball, radius_m: 0.06, ..shell.object.shape.clone() },
+            mass_kg: 1.0,
+            position_m: DVec3::ZERO,
+            rotation_rad: DVec3::ZERO,
+            fixed: true,
+        }];
+    });
     let alone = felt_by_ben(&shell, away);
     let together = felt_by_ben(&shell, pressing);
     assert!(alone.x > 0.05, "ben touches the shell: {alone} N");

@@ -6,7 +6,7 @@ use cotouch_scene::limits::{MAX_FINGERS, MAX_SOFT_CONTACTS};
 use cotouch_scene::scene::{LocalModel, Scene, SurfaceHold};
 use cotouch_scene::time::Schedule;
 use cotouch_world::local::{
-    Forces, LocalContact, LocalFinger, LocalGains, LocalLaw, LocalTick, Slots, SoftContactModel,
+    FingerForces, LocalContact, LocalFinger, LocalGains, LocalLaw, LocalTick, Slots, SoftContactModel,
     SurfaceInUse, local_law,
 };
 use glam::DVec3;
@@ -31,7 +31,7 @@ pub(crate) struct SoftContacts {
 /// What came of one tick of all contacts.
 pub(crate) struct SoftTouch {
     /// The forces on the fingers, N.
-    pub(crate) forces: Forces,
+    pub(crate) forces: FingerForces,
     /// The contacts that are not free, by finger slot.
     pub(crate) contacts: Slots<Option<SoftContactOutput>>,
     /// What goes to the simulation after this tick, if anything does.
@@ -80,7 +80,7 @@ impl SoftContacts {
         let begins = state.frame.is_none();
         let present = self.ko_n_per_m(state, tick);
         for (slot, ko_n_per_m) in state.ko_n_per_m.iter_mut().enumerate() {
-            let next = frame.ko_of_slots_n_per_m[slot];
+            let next = frame.slot_ko_n_per_m[slot];
             // A spring that grows stiffer while it is stretched would push a finger off.
             let [from, max] = match (begins, state.contacts[slot].touching) {
                 (true, _) => [next, next],
@@ -112,7 +112,7 @@ impl SoftContacts {
         let forces = self.law.forces(&present, &mut state.contacts, fingers);
         let contacts = state.contacts.iter().zip(fingers).zip(&present.gains);
         let contacts = contacts.map(|((contact, finger), gains)| {
-            output(contact, &present.surface, finger, gains.stiffness_n_per_m)
+            contact_output(contact, &present.surface, finger, gains.stiffness_n_per_m)
         });
         let contacts = contacts.collect();
         let returned = Returned { which: self.model.returned_force, schedule: self.schedule };
@@ -121,8 +121,10 @@ impl SoftContacts {
     }
 
     /// The forces on all fingers that the tick will find, N; nothing moves on. Empty before the first frame.
-    pub(crate) fn forces(&self, state: &SoftHostState, tick: u64, fingers: &[LocalFinger]) -> Forces {
-        let (Some(frame), Some(previous)) = (&state.frame, &state.previous) else { return Forces::new() };
+    pub(crate) fn forces(&self, state: &SoftHostState, tick: u64, fingers: &[LocalFinger]) -> FingerForces {
+        let (Some(frame), Some(previous)) = (&state.frame, &state.previous) else {
+            return FingerForces::new();
+        };
         let mut contacts: Slots<LocalContact> =
             state.contacts.iter().copied().take(MAX_SOFT_CONTACTS).collect();
         let present = self.local_tick(state, (frame, previous), tick);
@@ -194,7 +196,7 @@ impl SoftContacts {
 }
 
 /// What there is to tell of a contact; `None` of one that is free.
-fn output(
+fn contact_output(
     contact: &LocalContact,
     surface: &SurfaceInUse<'_>,
     finger: &LocalFinger,

@@ -24,7 +24,7 @@ const KEEPS: f64 = 0.98;
 /// P before the first force, 1/N².
 const START: f64 = 4.0;
 
-/// Forces below this (N) tell nothing.
+/// FingerForces below this (N) tell nothing.
 const MIN_FORCE_N: f64 = 1e-4;
 
 /// How far K_o may get from where it was before the session, as a factor.
@@ -39,18 +39,18 @@ const TRY_M: f64 = 1e-3;
 const TRY_PERIODS: usize = 120;
 
 #[derive(Clone)]
-pub(super) struct Estimate {
+pub(super) struct ComplianceEstimate {
     /// Where the nodes were before the session, m.
     start_m: Vec<DVec3>,
-    /// w, m/N.
+    /// The compliances w_ij between slots along the forces' directions, m/N.
     compliance: DMatrix<f64>,
-    /// P, 1/N².
+    /// The matrix P of the recursive least squares, 1/N².
     spread: DMatrix<f64>,
     /// The largest eigenvalue of all before the session, m/N.
     first_m_per_n: f64,
 }
 
-impl Estimate {
+impl ComplianceEstimate {
     /// Presses each of the places of fingers once, straight in.
     pub(super) fn probed(body: &dyn SoftBody, surface: &MeshSurface, places: &[(u8, MaterialPoint)]) -> Self {
         let start_m = body.state().positions_m.clone();

@@ -14,12 +14,12 @@ pub struct SlowFrame {
     pub period: Option<u64>,
     /// Where the nodes are, m.
     pub positions_m: Vec<DVec3>,
-    /// The surface there.
+    /// The surface with the nodes at these places.
     pub surface: MeshSurface,
     /// The least K_o of all fingers that touch or are near, N/m.
     pub ko_n_per_m: f64,
     /// K_o of every finger slot, N/m: see [`cotouch_soft::contact_stiffnesses`].
-    pub ko_of_slots_n_per_m: [f64; MAX_SOFT_CONTACTS],
+    pub slot_ko_n_per_m: [f64; MAX_SOFT_CONTACTS],
     /// The slots in `compliance`.
     pub slots: ArrayVec<u8, MAX_SOFT_CONTACTS>,
     /// Joint compliance of these, m/N: row-major, 3 rows and columns each.

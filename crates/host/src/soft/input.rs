@@ -22,7 +22,7 @@ pub struct SlowContact {
 /// What goes to the simulation for one of its periods.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct SlowInput {
-    /// p.
+    /// The period p of which the forces are.
     pub period: u64,
     /// All fingers that are there.
     pub contacts: ArrayVec<SlowContact, MAX_SOFT_CONTACTS>,

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 use super::frame::SlowFrame;
 use super::input::SlowInput;
-use super::stiffness::Stiffness;
+use super::stiffness::ContactStiffness;
 
 /// Most frames that are kept to be used again: as many as ticks, displays and recorders may hold at a time.
 const MAX_KEPT: usize = 16;
@@ -21,7 +21,7 @@ pub struct SlowLoop {
     body: Box<dyn SoftBody>,
     /// The surface with its history: every frame has a copy.
     surface: MeshSurface,
-    stiffness: Stiffness,
+    stiffness: ContactStiffness,
     rest: Arc<SlowFrame>,
     /// Frames that were handed out. They are kept here so that a tick that lets go of one frees no memory.
     frames: Vec<Arc<SlowFrame>>,
@@ -60,13 +60,13 @@ impl SlowLoop {
         let unsuitable = |error| SoftError::Unsuitable(format!("the soft object's surface: {error}"));
         let surface =
             MeshSurface::new(body.state().positions_m.clone(), body.triangles()).map_err(unsuitable)?;
-        let stiffness = Stiffness::new(scene, &*body, &surface);
+        let stiffness = ContactStiffness::new(scene, &*body, &surface);
         let mut rest = SlowFrame {
             period: None,
             positions_m: body.state().positions_m.clone(),
             surface: surface.clone(),
             ko_n_per_m: stiffness.least_ko_n_per_m(),
-            ko_of_slots_n_per_m: *stiffness.ko_of_slots_n_per_m(),
+            slot_ko_n_per_m: *stiffness.slot_ko_n_per_m(),
             slots: ArrayVec::new(),
             compliance: Vec::new(),
             forces_n: ArrayVec::new(),
@@ -98,7 +98,7 @@ impl SlowLoop {
         self.frame(input)
     }
 
-    /// The body.
+    /// The body that is simulated.
     #[must_use]
     pub fn body(&self) -> &dyn SoftBody {
         &*self.body
@@ -118,7 +118,7 @@ impl SlowLoop {
             frame.positions_m.clone_from(&self.body.state().positions_m);
             frame.surface.copy_from(&self.surface);
             frame.ko_n_per_m = self.stiffness.least_ko_n_per_m();
-            frame.ko_of_slots_n_per_m = *self.stiffness.ko_of_slots_n_per_m();
+            frame.slot_ko_n_per_m = *self.stiffness.slot_ko_n_per_m();
             frame.energy = self.body.energy();
             self.body.stress_pa(&mut frame.stress_pa);
             self.stiffness.tell(frame, input);

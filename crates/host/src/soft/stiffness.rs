@@ -11,7 +11,7 @@ use cotouch_world::MeshSurface;
 use cotouch_world::local::local_law;
 use glam::DVec3;
 
-use super::estimate::Estimate;
+use super::estimate::ComplianceEstimate;
 use super::frame::SlowFrame;
 use super::input::{SlowContact, SlowInput};
 
@@ -27,37 +27,37 @@ const SAME_FOR_KO: f64 = 0.2;
 const SAME_FOR_COMPLIANCE: f64 = 0.02;
 
 /// Where a finger touches, or would.
-type Places = ArrayVec<(u8, MaterialPoint), MAX_SOFT_CONTACTS>;
+type ContactPlaces = ArrayVec<(u8, MaterialPoint), MAX_SOFT_CONTACTS>;
 
 /// The joint compliance that is known last, and K_o.
 #[derive(Clone)]
-pub(super) struct Stiffness {
+pub(super) struct ContactStiffness {
     near_m: f64,
-    places: Places,
+    places: ContactPlaces,
     /// Where fingers were after the last step.
-    last_places: Places,
+    last_places: ContactPlaces,
     /// Of these, m/N, row-major; empty where the body does not tell.
     compliance: Vec<f64>,
     /// K_o of every slot, N/m; of fingers that are far, as it was last.
-    ko_of_slots_n_per_m: [f64; MAX_SOFT_CONTACTS],
+    slot_ko_n_per_m: [f64; MAX_SOFT_CONTACTS],
     /// The least of those in `places`.
     least_ko_n_per_m: f64,
-    estimate: Option<Estimate>,
+    estimate: Option<ComplianceEstimate>,
     needs_compliance: bool,
 }
 
-impl Stiffness {
+impl ContactStiffness {
     /// Before the session: of all fingers, each where it is nearest to.
     pub(super) fn new(scene: &Scene, body: &dyn SoftBody, surface: &MeshSurface) -> Self {
         let starts = scene.users.iter().flat_map(|user| user.fingers.iter().take(MAX_FINGERS));
         let place = |(slot, finger): (u8, &Finger)| Some((slot, nearest(surface, finger.position_m)?.0));
-        let places: Places = (0..).zip(starts).filter_map(place).take(MAX_SOFT_CONTACTS).collect();
+        let places: ContactPlaces = (0..).zip(starts).filter_map(place).take(MAX_SOFT_CONTACTS).collect();
         let mut stiffness = Self {
             near_m: (NEAR_RADII * scene.hand.finger_radius_m).max(NEAR_M),
-            places: Places::new(),
-            last_places: Places::new(),
+            places: ContactPlaces::new(),
+            last_places: ContactPlaces::new(),
             compliance: Vec::new(),
-            ko_of_slots_n_per_m: [0.0; MAX_SOFT_CONTACTS],
+            slot_ko_n_per_m: [0.0; MAX_SOFT_CONTACTS],
             least_ko_n_per_m: 0.0,
             estimate: None,
             needs_compliance: local_law(scene.local_model.kind).needs().joint_compliance,
@@ -67,7 +67,7 @@ impl Stiffness {
             stiffness.ask(body, places.clone());
         }
         if estimates || stiffness.compliance.is_empty() {
-            let estimate = Estimate::probed(body, surface, &places);
+            let estimate = ComplianceEstimate::probed(body, surface, &places);
             stiffness.all_have(estimate.ko_n_per_m(places.iter().map(|place| place.0)));
             stiffness.estimate = Some(estimate);
         }
@@ -75,8 +75,8 @@ impl Stiffness {
     }
 
     /// K_o of every slot, N/m.
-    pub(super) fn ko_of_slots_n_per_m(&self) -> &[f64; MAX_SOFT_CONTACTS] {
-        &self.ko_of_slots_n_per_m
+    pub(super) fn slot_ko_n_per_m(&self) -> &[f64; MAX_SOFT_CONTACTS] {
+        &self.slot_ko_n_per_m
     }
 
     /// The least of those that touch or are near, N/m.
@@ -86,7 +86,7 @@ impl Stiffness {
 
     /// An estimate is of all together.
     fn all_have(&mut self, ko_n_per_m: f64) {
-        self.ko_of_slots_n_per_m = [ko_n_per_m; MAX_SOFT_CONTACTS];
+        self.slot_ko_n_per_m = [ko_n_per_m; MAX_SOFT_CONTACTS];
         self.least_ko_n_per_m = ko_n_per_m;
     }
 
@@ -125,7 +125,7 @@ impl Stiffness {
         }
     }
 
-    fn touched_or_near(&self, surface: &MeshSurface, input: &SlowInput) -> Places {
+    fn touched_or_near(&self, surface: &MeshSurface, input: &SlowInput) -> ContactPlaces {
         let place = |contact: &SlowContact| {
             let near = || {
                 let is_near = surface.distance_at_least(contact.centre_m) <= self.near_m;
@@ -138,7 +138,7 @@ impl Stiffness {
     }
 
     /// Whether the compliance of `places` is known, near enough.
-    fn are_known(&self, body: &dyn SoftBody, places: &Places) -> bool {
+    fn are_known(&self, body: &dyn SoftBody, places: &ContactPlaces) -> bool {
         let part = if self.needs_compliance { SAME_FOR_COMPLIANCE } else { SAME_FOR_KO };
         let (rest, most) = (body.rest_m(), part * self.near_m);
         let same = |((slot, point), (known_slot, known)): (&(u8, MaterialPoint), &(u8, MaterialPoint))| {
@@ -147,14 +147,14 @@ impl Stiffness {
         places.len() == self.places.len() && places.iter().zip(&self.places).all(same)
     }
 
-    fn ask(&mut self, body: &dyn SoftBody, places: Places) {
+    fn ask(&mut self, body: &dyn SoftBody, places: ContactPlaces) {
         let points: Vec<MaterialPoint> = places.iter().map(|place| place.1).collect();
         let Some(compliance) = body.compliance(&points).filter(|_| !points.is_empty()) else { return };
         let Some(ko_n_per_m) = contact_stiffnesses(&compliance) else { return };
         if self.estimate.is_none() {
             self.least_ko_n_per_m = ko_n_per_m.iter().copied().fold(f64::INFINITY, f64::min);
             for ((slot, _), ko_n_per_m) in places.iter().zip(ko_n_per_m) {
-                self.ko_of_slots_n_per_m[usize::from(*slot)] = ko_n_per_m;
+                self.slot_ko_n_per_m[usize::from(*slot)] = ko_n_per_m;
             }
         }
         self.compliance.clear();

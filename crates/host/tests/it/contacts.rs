@@ -1,9 +1,7 @@
 //! Fingers that touch a box: what comes of it at a host, and what a server tells its clients.
 
-use cotouch_host::model::HostModel;
-use cotouch_host::output::{ContactPoint, ContactSurface};
-use cotouch_host::state::HostState;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_host::{ContactPoint, ContactSurface, HostModel, HostState};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::Scene;

@@ -1,9 +1,7 @@
 //! Hosts that exchange packets hand to hand, without protocol, clocks or sockets.
 
 use cotouch_device::{Device, SimulatedUser, WorldView};
-use cotouch_host::model::HostModel;
-use cotouch_host::output::TickOutput;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState, TickOutput};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};

@@ -1,12 +1,11 @@
 //! Fingers on soft bodies: how they meet, press, slide and come off, and what the simulation is told of it.
 
 use crate::common::{BLOCK, Rig, SPRING, scene};
-use cotouch_host::model::HostModel;
-use cotouch_host::output::ContactSurface;
-use cotouch_host::state::HostState;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_host::{ContactSurface, HostModel, HostState};
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
+use cotouch_testkit::scenes::local_model_kinds;
 use glam::{DVec3, Vec3Swizzles as _};
 
 const RADIUS_M: f64 = 0.005;
@@ -235,7 +234,7 @@ fn coupled(rig: &mut Rig, peer: HostIndex, finger: DVec3) {
 
 #[test]
 fn a_server_returns_the_force_that_its_tick_finds() {
-    for kind in ["hold", "p", "pi", "compliance"] {
+    for kind in local_model_kinds() {
         let kind = format!("local_model.kind={kind}");
         let overrides = [kind.as_str(), "session.architecture=centralized", "link.delay_periods=0"];
         let mut rig = Rig::new(&scene(BLOCK, &overrides));

@@ -1,11 +1,12 @@
 //! Every built-in scene with a soft object, through a host's ticks: all fingers press, and come off.
 
 use crate::common::Rig;
-use cotouch_host::soft::SlowInput;
-use cotouch_net::packet::{Entry, StatePacket};
+use cotouch_host::SlowInput;
+use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, load};
+use cotouch_testkit::scenes::{edited, local_model_kinds};
 use glam::DVec3;
 
 fn scene(name: &str, overrides: &[&str]) -> Scene {
@@ -94,7 +95,7 @@ fn press(tick: u32) -> f64 {
 #[test]
 fn every_scene_is_pressed_and_let_go() {
     for name in ["spring", "soft-block", "balloon", "organ"] {
-        for kind in ["hold", "p", "pi", "compliance"] {
+        for kind in local_model_kinds() {
             // A body that swings takes a softer integral than one without inertia.
             let overrides = [
                 format!("local_model.kind={kind}"),
@@ -139,9 +140,10 @@ fn comes_back(rig: &mut Rig) -> bool {
 fn through_the_balloon_one_user_feels_the_other() {
     for kind in ["p", "compliance"] {
         let kind = format!("local_model.kind={kind}");
-        let mut scene = scene("balloon", &[&kind, "local_model.stiffness_ratio=0.3", "soft.young_pa=300e3"]);
-        // Held at its bottom only, where the two feel more of each other.
-        scene.soft.fixed[0].to_m.z = -0.052;
+        let scene = edited(
+            &scene("balloon", &[&kind, "local_model.stiffness_ratio=0.3", "soft.young_pa=300e3"]),
+            |scene| scene.soft.fixed[0].to_m.z = -0.052,
+        );
         let mut hands = Hands::new(&scene, 0.008);
         let push_n = |hands: &Hands| hands.rig.output.device[0].force.length();
         for tick in 0..1500 {

@@ -4,7 +4,8 @@ use arrayvec::ArrayVec;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
-use super::MILLISECOND;
+use super::config::MILLISECOND;
+use crate::message::PeerId;
 use crate::route::Route;
 use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 
@@ -15,7 +16,7 @@ const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
 /// Pings that may wait for their answers: 2 s of round trip.
 const OPEN_PINGS: usize = 16;
 /// Unanswered pings after which a burst gives way to pauses.
-const LONGEST_BURST: u32 = 100;
+const MAX_BURST: u32 = 100;
 
 /// Whether a peer is there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,9 +25,9 @@ pub enum Presence {
     Expected,
     /// Heard within the time-out.
     Present,
-    /// Silent for longer.
+    /// Silent for longer than the time-out.
     Lost,
-    /// Said good-bye.
+    /// It has said good-bye.
     Left,
 }
 
@@ -38,12 +39,12 @@ pub(super) struct Backoff {
 }
 
 impl Backoff {
-    const FIRST_NS: i64 = 50 * MILLISECOND;
-    const LONGEST_NS: i64 = 500 * MILLISECOND;
+    const FIRST_PAUSE_NS: i64 = 50 * MILLISECOND;
+    const MAX_PAUSE_NS: i64 = 500 * MILLISECOND;
 
-    /// Due at once.
+    /// A repeat that is due at once.
     pub(super) const fn from(now: LocalTime) -> Self {
-        Self { due: now, pause_ns: Self::FIRST_NS }
+        Self { due: now, pause_ns: Self::FIRST_PAUSE_NS }
     }
 
     pub(super) const fn due(&self) -> LocalTime {
@@ -53,7 +54,7 @@ impl Backoff {
     /// It was done at `now`; due again after the next pause.
     pub(super) fn again(&mut self, now: LocalTime) {
         self.due = now.plus_ns(self.pause_ns);
-        self.pause_ns = (self.pause_ns * 3 / 2).min(Self::LONGEST_NS);
+        self.pause_ns = (self.pause_ns * 3 / 2).min(Self::MAX_PAUSE_NS);
     }
 
     fn pause_after(attempts: u32) -> i64 {
@@ -69,12 +70,12 @@ impl Backoff {
 #[derive(Clone, Debug)]
 pub(super) struct Peer {
     pub(super) host: HostIndex,
-    pub(super) instance: u64,
+    pub(super) id: PeerId,
     pub(super) route: Route,
     pub(super) presence: Presence,
     /// Whether the caller was told of it.
     pub(super) introduced: bool,
-    /// Whether it is a new instance of which the caller was not told yet.
+    /// Whether it is a new life of the peer of which the caller was not told yet.
     pub(super) restarted: bool,
     pub(super) last_heard: LocalTime,
     pub(super) next_ping: LocalTime,
@@ -85,8 +86,8 @@ pub(super) struct Peer {
     /// The roster that it is to know (server only).
     pub(super) roster: Backoff,
     pub(super) roster_known: bool,
-    /// Another instance that wants this one's place, and since when (server only).
-    pub(super) contender: Option<(u64, LocalTime)>,
+    /// Another who wants this one's place, and since when (server only).
+    pub(super) contender: Option<(PeerId, LocalTime)>,
     pub(super) sent: u64,
     pub(super) late: u64,
     pub(super) sequence: SequenceTracker,
@@ -94,10 +95,10 @@ pub(super) struct Peer {
 }
 
 impl Peer {
-    pub(super) fn new(host: HostIndex, instance: u64, route: Route, now: LocalTime) -> Self {
+    pub(super) fn new(host: HostIndex, id: PeerId, route: Route, now: LocalTime) -> Self {
         Self {
             host,
-            instance,
+            id,
             route,
             presence: Presence::Expected,
             introduced: false,
@@ -117,13 +118,13 @@ impl Peer {
         }
     }
 
-    /// A new instance took its place; statistics go on.
-    pub(super) fn restart(&mut self, instance: u64, route: Route, now: LocalTime) {
+    /// A new life of the peer took its place; statistics go on.
+    pub(super) fn restart(&mut self, id: PeerId, route: Route, now: LocalTime) {
         // One that said good-bye is a newcomer again.
         self.introduced &= self.presence != Presence::Left;
         self.restarted = self.introduced;
         self.presence = Presence::Expected;
-        self.instance = instance;
+        self.id = id;
         self.route = route;
         self.last_heard = now;
         self.next_ping = now;
@@ -137,12 +138,12 @@ impl Peer {
     }
 
     /// When something about it is to be done next.
-    pub(super) fn due(&self, timeout_ns: i64, is_server: bool) -> Option<LocalTime> {
+    pub(super) fn due(&self, timeout_ns: i64, tells_roster: bool) -> Option<LocalTime> {
         if self.presence == Presence::Left {
             return None;
         }
         let silence = (self.presence == Presence::Present).then(|| self.last_heard.plus_ns(timeout_ns));
-        let roster = (is_server && !self.roster_known && self.presence == Presence::Present)
+        let roster = (tells_roster && !self.roster_known && self.presence == Presence::Present)
             .then(|| self.roster.due());
         [Some(self.next_ping), silence, roster].into_iter().flatten().min()
     }
@@ -154,7 +155,7 @@ impl Peer {
         }
         self.open_pings.push(now);
         let pause_ns = match self.presence {
-            _ if in_burst && self.unanswered < LONGEST_BURST => BURST_PERIOD_NS,
+            _ if in_burst && self.unanswered < MAX_BURST => BURST_PERIOD_NS,
             Presence::Present => period_ns,
             _ => Backoff::pause_after(self.unanswered),
         };

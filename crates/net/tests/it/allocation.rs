@@ -2,11 +2,10 @@
 
 use std::net::SocketAddr;
 
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::play_out::PlayOutBuffer;
-use cotouch_net::session::{Config, Endpoint, Event, StartWhen};
-use cotouch_net::wire::{MAX_DATAGRAM, decode_state, encode_state};
+use cotouch_net::{
+    Config, Endpoint, Entry, Event, MAX_DATAGRAM, PlayOutBuffer, SimulatedLink, StartWhen, StatePacket,
+    decode_state, encode_state,
+};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
@@ -71,13 +70,13 @@ fn states_and_pings_pass_endpoints_without_allocation() {
             server.handle_timeout(now);
             client.handle_timeout(now);
             let step = (now.0 / 7_812_500) as u64;
-            let _ = server.send_state_to_all(now, &packet(step));
-            let _ = client.send_state(now, &packet(step), HostIndex(0));
+            let _ = server.send_state_to_all(&packet(step));
+            let _ = client.send_state(&packet(step), HostIndex(0));
             for _ in 0..4 {
-                while let Some(transmit) = client.poll_transmit(now) {
+                while let Some(transmit) = client.poll_transmit() {
                     server.handle_datagram(now, b, &transmit.bytes);
                 }
-                while let Some(transmit) = server.poll_transmit(now) {
+                while let Some(transmit) = server.poll_transmit() {
                     client.handle_datagram(now, a, &transmit.bytes);
                 }
             }

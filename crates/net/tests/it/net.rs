@@ -4,11 +4,9 @@
 use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::route::Route;
-use cotouch_net::session::{Config, Endpoint, Event, Presence, StartWhen};
-use cotouch_net::wire::Transmit;
+use cotouch_net::{
+    Config, Endpoint, Entry, Event, Presence, Route, SimulatedLink, StartWhen, StatePacket, Transmit,
+};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
@@ -171,7 +169,7 @@ impl Net {
         let now = self.nodes[node].local(self.now);
         let endpoint = &mut self.nodes[node].endpoint;
         endpoint.handle_datagram(now, from, bytes);
-        std::iter::from_fn(|| endpoint.poll_transmit(now)).collect()
+        std::iter::from_fn(|| endpoint.poll_transmit()).collect()
     }
 
     pub(crate) fn run_for(&mut self, duration: i64) {
@@ -218,7 +216,7 @@ impl Net {
             }
             node.sampled.push((step, now));
             node.next_step = Some(step + 1);
-            let _ = node.endpoint.send_state_to_all(local, &packet(step, index));
+            let _ = node.endpoint.send_state_to_all(&packet(step, index));
         }
         while let Some(event) = node.endpoint.poll_event() {
             if let Event::Started { at } = event {
@@ -230,8 +228,7 @@ impl Net {
 
     fn transmit(&mut self, index: usize) -> bool {
         let mut busy = false;
-        let local = self.nodes[index].local(self.now);
-        while let Some(Transmit { to, bytes }) = self.nodes[index].endpoint.poll_transmit(local) {
+        while let Some(Transmit { to, bytes }) = self.nodes[index].endpoint.poll_transmit() {
             busy = true;
             let target = self.nodes.iter().position(|node| node.route == to);
             let Some(target) = target.filter(|_| self.nodes[index].alive) else { continue };

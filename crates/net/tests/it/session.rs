@@ -3,10 +3,9 @@
 use std::collections::BTreeSet;
 
 use crate::net::{MS, Net, S, config, packet, route};
-use cotouch_net::message::Refusal;
-use cotouch_net::scene_fetch::SceneFetch;
-use cotouch_net::session::{Endpoint, Event, SendError, StartWhen};
-use cotouch_net::wire::MAX_DATAGRAM;
+use cotouch_net::{
+    Endpoint, Event, MAX_DATAGRAM, Presence, Refusal, Route, SceneFetch, SendError, StartWhen, Text,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
 use cotouch_scene::time::{LocalTime, SessionTime};
@@ -203,8 +202,7 @@ fn leaving_is_told_to_all() {
             assert_eq!(node.count(left), 1, "{:#?}", node.story());
             assert!(!node.has(|event| matches!(event, Event::PeerLost { .. })));
         }
-        let now = net.nodes[leaver].local(net.now);
-        let sent = net.nodes[leaver].endpoint.send_state_to_all(now, &packet(1, 1));
+        let sent = net.nodes[leaver].endpoint.send_state_to_all(&packet(1, 1));
         assert_eq!(sent, Err(SendError::NotJoined));
     }
 }
@@ -295,8 +293,7 @@ fn an_outage_is_a_loss_and_a_return() {
     net.run_for(6 * S);
     for (me, other) in [(0, 1), (1, 0)] {
         assert!(net.nodes[me].has(|event| *event == Event::PeerLost { host: HostIndex(other) }));
-        let now = net.nodes[me].local(net.now);
-        let sent = net.nodes[me].endpoint.send_state(now, &packet(9, 9), HostIndex(other));
+        let sent = net.nodes[me].endpoint.send_state(&packet(9, 9), HostIndex(other));
         assert_eq!(sent, Err(SendError::NotPresent(HostIndex(other))));
         assert!(
             !net.nodes[me]
@@ -312,6 +309,31 @@ fn an_outage_is_a_loss_and_a_return() {
         assert!(net.nodes[me].has(|event| *event == returned), "{:#?}", net.nodes[me].story());
         let states = net.nodes[me].events.iter().rev().take_while(|(at, _)| *at > net.now - S);
         assert!(states.filter(|(_, event)| matches!(event, Event::State { .. })).count() > 100);
+    }
+}
+
+#[test]
+fn a_peer_may_be_reached_by_another_route_from_now_on() {
+    let mut net = Net::full(3, Distributed, Impairment { latency_s: 0.003, ..Impairment::NONE }, 2);
+    net.run_for(3 * S);
+    for roamer in [0, 1] {
+        let before = net.nodes[2].endpoint.peers().collect::<Vec<_>>();
+        net.nodes[roamer].route = Route::Named(Text::from(&format!("elsewhere:{roamer}")).unwrap());
+        net.run_for(2 * S);
+        let host = net.nodes[roamer].endpoint.host().unwrap();
+        for index in (0..3).filter(|&index| index != roamer) {
+            let node = &net.nodes[index];
+            let peer = node.endpoint.peers().find(|peer| peer.host == host).unwrap();
+            assert_eq!((peer.route, peer.presence), (net.nodes[roamer].route, Presence::Present));
+            assert!(!node.has(|event| matches!(event, Event::PeerLost { .. })), "{:#?}", node.story());
+            let is_recent = |at: i64| at > net.now - S;
+            let heard = node.events.iter().filter(|(at, event)| {
+                is_recent(*at) && matches!(event, Event::State { from, .. } if *from == host)
+            });
+            assert!(heard.count() > 100);
+        }
+        let after = net.nodes[2].endpoint.peers().map(|peer| peer.id).collect::<Vec<_>>();
+        assert_eq!(after, before.iter().map(|peer| peer.id).collect::<Vec<_>>(), "who they are stays");
     }
 }
 
@@ -335,7 +357,7 @@ fn one_who_comes_late_gets_the_running_time() {
 }
 
 /// What the newcomer hears.
-fn refusal(server: cotouch_net::session::Config, newcomer: cotouch_net::session::Config) -> Option<Refusal> {
+fn refusal(server: cotouch_net::Config, newcomer: cotouch_net::Config) -> Option<Refusal> {
     let mut net = Net::new(server, Impairment { latency_s: 0.001, ..Impairment::NONE }, 1);
     let node = net.join(newcomer);
     net.run_for(40 * S);
@@ -400,7 +422,7 @@ fn join_datagram(seed: u64) -> Vec<u8> {
     let server = route("10.0.0.0:7700");
     let mut endpoint = Endpoint::join(config(2, Distributed, seed), server, LocalTime(0));
     endpoint.handle_timeout(LocalTime(0));
-    endpoint.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec()
+    endpoint.poll_transmit().unwrap().bytes.to_vec()
 }
 
 #[test]
@@ -419,7 +441,7 @@ fn another_version_is_told_apart() {
     assert!(net.inject(node, stranger, &answer).is_empty());
     net.inject(node, server, &answer);
     net.run_for(MS);
-    let told = Event::Refused(Refusal::Version { server: 9, newcomer: cotouch_net::wire::PROTOCOL_VERSION });
+    let told = Event::Refused(Refusal::Version { server: 9, newcomer: cotouch_net::PROTOCOL_VERSION });
     assert!(net.nodes[node].has(|event| *event == told), "{:#?}", net.nodes[node].story());
     // An answer is never answered.
     assert!(net.inject(0, stranger, &answer).is_empty());
@@ -435,7 +457,7 @@ fn strangers_get_one_small_reply_and_leave_no_trace() {
     foreign.user = Some("u".repeat(64));
     let mut other = Endpoint::join(foreign, net.nodes[0].route, LocalTime(0));
     other.handle_timeout(LocalTime(0));
-    let foreign = other.poll_transmit(LocalTime(0)).unwrap().bytes.to_vec();
+    let foreign = other.poll_transmit().unwrap().bytes.to_vec();
     let mut version = join_datagram(4);
     version[3] = 7;
     let mut fetch = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), S);
@@ -458,7 +480,7 @@ fn strangers_with_a_wrong_session_are_counted_and_dropped() {
     net.run_for(2 * S);
     let mut bytes = [0; MAX_DATAGRAM];
     let at = SessionTime(0);
-    let length = cotouch_net::wire::encode_state(1, HostIndex(1), at, &packet(0, 1), &mut bytes).unwrap();
+    let length = cotouch_net::encode_state(1, HostIndex(1), at, &packet(0, 1), &mut bytes).unwrap();
     let peer = net.nodes[1].route;
     assert!(net.inject(0, peer, &bytes[..length]).is_empty());
     assert_eq!(net.nodes[0].endpoint.counters().wrong_session, 1);

@@ -1,9 +1,8 @@
 //! Encoding and decoding: exact, and safe for whatever comes.
 
-use cotouch_net::message::Control;
-use cotouch_net::packet::{Entry, StatePacket};
-use cotouch_net::wire::{
-    HEADER_BYTES, MAX_DATAGRAM, WireError, decode_control, decode_state, encode_control, encode_state, open,
+use cotouch_net::{
+    Control, Entry, HEADER_BYTES, MAX_DATAGRAM, MAX_TEXT_BYTES, PeerId, Roster, RosterEntry, Route,
+    StatePacket, Text, WireError, decode_control, decode_state, encode_control, encode_state, open,
 };
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::limits::{MAX_ENTRIES, MAX_USERS};
@@ -214,4 +213,14 @@ fn control_messages_end_where_they_end() {
     reseal(&mut longer);
     let expected = WireError::Length { found: longer.len(), expected: bytes.len() };
     assert_eq!(decode_control(&longer), Err(expected));
+}
+
+#[test]
+fn the_longest_roster_fits() {
+    let route = Route::Named(Text::from(&"x".repeat(MAX_TEXT_BYTES)).unwrap());
+    let entry = |host| RosterEntry { host: HostIndex(host), id: PeerId(u64::MAX), route };
+    let hosts = (1..MAX_USERS as u8).map(entry).collect();
+    let roster = Control::Roster(Roster { revision: u32::MAX, origin_ns: Some(i64::MIN), hosts });
+    let bytes = encode_control(u64::MAX, Some(HostIndex(0)), &roster).unwrap();
+    assert_eq!(decode_control(&bytes).unwrap().1, roster);
 }

@@ -3,8 +3,7 @@
 use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::route::Route;
+use cotouch_net::{Route, SimulatedLink};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::LocalTime;

@@ -3,7 +3,7 @@
 use std::io;
 use std::time::Duration;
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_scene::time::LocalTime;
 
 /// The longest that [`Transport::receive`] waits in real time.
@@ -31,7 +31,7 @@ pub trait Transport {
     /// When the system does not say.
     fn route(&self) -> io::Result<Route>;
 
-    /// Sends a datagram of at most [`MAX_DATAGRAM`](cotouch_net::wire::MAX_DATAGRAM) bytes. In virtual time `now` does not go
+    /// Sends a datagram of at most [`MAX_DATAGRAM`](cotouch_net::MAX_DATAGRAM) bytes. In virtual time `now` does not go
     /// back from call to call.
     ///
     /// # Errors
@@ -53,7 +53,7 @@ pub trait Transport {
 
 /// A transport that can be asked for by the way in which an address is written.
 #[derive(Clone, Copy, Debug)]
-pub struct Kind {
+pub struct TransportKind {
     /// What stands in front of the first colon of its routes; `None` for sockets, whose routes are their addresses.
     pub scheme: Option<&'static str>,
     /// What an end is called in errors, such as "UDP socket".

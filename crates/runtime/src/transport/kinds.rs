@@ -3,14 +3,13 @@
 use std::io;
 use std::net::{AddrParseError, SocketAddr};
 
-use cotouch_net::route::Route;
-use cotouch_net::text::{MAX_TEXT_BYTES, Text};
+use cotouch_net::{MAX_TEXT_BYTES, Route, Text};
 
-use super::interface::{DynTransport, Kind};
+use super::interface::{DynTransport, TransportKind};
 use super::udp;
 
 /// All transports that can be asked for; the first kind without a scheme is asked for by addresses.
-pub const KINDS: &[Kind] = &[udp::KIND];
+pub const KINDS: &[TransportKind] = &[udp::KIND];
 
 /// Why no end of a transport could be opened.
 #[derive(Debug, thiserror::Error)]
@@ -68,21 +67,21 @@ pub fn is_local(route: Route) -> bool {
 
 type Open = fn(Route) -> io::Result<Box<DynTransport>>;
 
-fn open(route: Route, which: impl Fn(&Kind) -> Open) -> Result<Box<DynTransport>, OpenError> {
+fn open(route: Route, which: impl Fn(&TransportKind) -> Open) -> Result<Box<DynTransport>, OpenError> {
     let kind = kind(route);
     let end = kind.map_or("transport", |kind| kind.end);
     let opened = kind.map_or_else(|| Err(io::ErrorKind::Unsupported.into()), |kind| which(kind)(route));
     opened.map_err(|source| OpenError { end, route, source })
 }
 
-fn kind(route: Route) -> Option<&'static Kind> {
+fn kind(route: Route) -> Option<&'static TransportKind> {
     match route {
         Route::V4(_) | Route::V6(_) => KINDS.iter().find(|kind| kind.scheme.is_none()),
         Route::Named(name) => with_scheme(scheme(&name)),
     }
 }
 
-fn with_scheme(scheme: &str) -> Option<&'static Kind> {
+fn with_scheme(scheme: &str) -> Option<&'static TransportKind> {
     KINDS.iter().find(|kind| kind.scheme == Some(scheme))
 }
 

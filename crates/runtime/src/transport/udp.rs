@@ -3,14 +3,14 @@
 use std::io;
 use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
-use cotouch_net::route::Route;
+use cotouch_net::Route;
 use cotouch_scene::time::LocalTime;
 
-use super::interface::{Arrival, DynTransport, Kind, MAX_WAIT, Transport};
+use super::interface::{Arrival, DynTransport, MAX_WAIT, Transport, TransportKind};
 use crate::clock;
 
 /// The kind whose routes are addresses.
-pub(super) const KIND: Kind = Kind {
+pub(super) const KIND: TransportKind = TransportKind {
     scheme: None,
     end: "UDP socket",
     listen: |route| open(address(route)?),

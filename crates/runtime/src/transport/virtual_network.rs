@@ -4,8 +4,7 @@ use std::cell::RefCell;
 use std::io;
 use std::net::{Ipv4Addr, SocketAddr};
 
-use cotouch_net::link::SimulatedLink;
-use cotouch_net::route::Route;
+use cotouch_net::{Route, SimulatedLink};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;

@@ -15,6 +15,7 @@ use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot};
 use cotouch_runtime::{HeldBy, PointerHandle, RealTimeOptions, TakeError};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 const ANNA: HostIndex = HostIndex::FIRST;
@@ -58,7 +59,7 @@ fn free_address() -> SocketAddr {
 }
 
 fn still(scene: &mut Scene) {
-    scene.users.iter_mut().for_each(|user| user.script.clear());
+    *scene = edited(scene, |scene| scene.users.iter_mut().for_each(|user| user.script.clear()));
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use crate::common::session;
 use arrayvec::ArrayVec;
 use cotouch_device::SimulatedUser;
-use cotouch_net::packet::StatePacket;
+use cotouch_net::StatePacket;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;

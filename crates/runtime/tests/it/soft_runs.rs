@@ -15,6 +15,7 @@ use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::edited;
 
 /// A small block, so that a test is quick.
 const SMALL: [&str; 1] = ["soft.mesh.cells=[4, 2, 2]"];
@@ -162,8 +163,7 @@ fn a_fork_goes_its_own_way_from_the_same_place() {
 #[test]
 fn what_one_user_presses_the_other_ones_copy_shows() {
     // Ben's hand does nothing.
-    let mut scene = block(&[]);
-    scene.users[1].script.clear();
+    let scene = edited(&block(&[]), |scene| scene.users[1].script.clear());
     let mut session = session(&scene);
     assert!(session.run_to_tick(4400, |_, _| {}));
     let (of_anna, of_ben) = (displacement(&session, 0), displacement(&session, 1));

@@ -2,9 +2,7 @@
 
 use std::io;
 
-use cotouch_net::route::Route;
-use cotouch_net::text::Text;
-use cotouch_net::wire::MAX_DATAGRAM;
+use cotouch_net::{MAX_DATAGRAM, Route, Text};
 use cotouch_runtime::clock;
 use cotouch_runtime::transport::{
     self, Arrival, DynTransport, Impaired, KINDS, MAX_WAIT, RouteError, Transport, VirtualNetwork,

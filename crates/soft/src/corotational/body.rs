@@ -6,7 +6,7 @@ use cotouch_scene::scene::{Scene, Soft};
 use cotouch_scene::soft_mesh::SoftMesh;
 use glam::DVec3;
 
-use super::constants::Constants;
+use super::constants::TetrahedraConstants;
 use super::element::Tangent;
 use super::evaluation::Evaluation;
 use super::solver::Solver;
@@ -16,7 +16,7 @@ use crate::factor::{BlockMatrix, Factor};
 /// A body of corotational linear tetrahedra.
 #[derive(Clone, Debug)]
 pub struct Corotational {
-    pub(super) constants: Arc<Constants>,
+    pub(super) constants: Arc<TetrahedraConstants>,
     pub(super) state: SoftState,
     /// Of the state's positions.
     pub(super) present: Evaluation,
@@ -34,7 +34,7 @@ impl Corotational {
     ///
     /// # Errors
     /// When the mesh has none or bad ones, or when a quasi-static body is not held.
-    pub fn of_scene(scene: &Scene) -> Result<Self, SoftError> {
+    pub fn from_scene(scene: &Scene) -> Result<Self, SoftError> {
         let period_s = scene.rates.simulation_hz.period_s();
         Self::new(scene.soft.mesh(), &scene.soft, scene.gravity_m_per_s2, period_s)
     }
@@ -49,7 +49,7 @@ impl Corotational {
         gravity_m_per_s2: DVec3,
         period_s: f64,
     ) -> Result<Self, SoftError> {
-        let constants = Arc::new(Constants::new(mesh, soft, gravity_m_per_s2, period_s)?);
+        let constants = Arc::new(TetrahedraConstants::new(mesh, soft, gravity_m_per_s2, period_s)?);
         if let (true, Err(why)) = (soft.quasi_static, &constants.at_rest) {
             return Err(SoftError::NotHeld(format!("{why}; without inertia nothing else holds it")));
         }

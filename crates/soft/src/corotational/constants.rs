@@ -6,16 +6,17 @@ use cotouch_scene::scene::Soft;
 use cotouch_scene::soft_mesh::SoftMesh;
 use glam::DVec3;
 
-use super::element::{Element, Material, Tangent};
+use super::element::{Material, Tangent, Tetrahedron};
 use super::evaluation::{Elements, Evaluation};
 use crate::body::SoftError;
 use crate::factor::{BlockMatrix, Factor, FactorOf, Symbolic};
+use crate::forces::external_forces;
 use crate::mesh::{edges, fixed_nodes, node_volumes, not_held};
 use crate::point::PointForce;
 
 /// What does not change.
 #[derive(Debug)]
-pub(super) struct Constants {
+pub(super) struct TetrahedraConstants {
     pub(super) rest_m: Vec<DVec3>,
     pub(super) triangles: Vec<[u32; 3]>,
     pub(super) elements: Elements,
@@ -38,7 +39,7 @@ pub(super) struct Constants {
     pub(super) at_rest: Result<Factor, String>,
 }
 
-impl Constants {
+impl TetrahedraConstants {
     pub(super) fn new(
         mesh: &SoftMesh,
         soft: &Soft,
@@ -104,17 +105,9 @@ impl Constants {
         }
     }
 
-    /// Gravity and the points' forces on the free coordinates, N. Forces that are not finite count as none.
+    /// Gravity and the points' forces on the free coordinates, N.
     pub(super) fn external_forces(&self, points: &[PointForce]) -> Vec<f64> {
-        let mut forces: Vec<DVec3> = self.mass_kg.iter().map(|mass| *mass * self.gravity_m_per_s2).collect();
-        for point in points.iter().filter(|point| point.force_n.is_finite()) {
-            for (&node, weight) in point.at.nodes.iter().zip(point.at.weights) {
-                if let Some(force) = forces.get_mut(node as usize) {
-                    *force += weight * point.force_n;
-                }
-            }
-        }
-        self.symbolic.gather(&forces)
+        self.symbolic.gather(&external_forces(&self.mass_kg, self.gravity_m_per_s2, points))
     }
 
     pub(super) fn kinetic_j(&self, velocities: &[f64]) -> f64 {
@@ -131,7 +124,7 @@ impl Constants {
     }
 }
 
-fn elements(mesh: &SoftMesh, symbolic: &Symbolic) -> Result<Vec<Element>, SoftError> {
+fn elements(mesh: &SoftMesh, symbolic: &Symbolic) -> Result<Vec<Tetrahedron>, SoftError> {
     if mesh.tetrahedra.is_empty() {
         return Err(SoftError::Unsuitable(
             "the technique \"corotational\" needs a mesh of tetrahedra".into(),
@@ -139,7 +132,7 @@ fn elements(mesh: &SoftMesh, symbolic: &Symbolic) -> Result<Vec<Element>, SoftEr
     }
     let element = |(index, &nodes): (usize, &[u32; 4])| {
         let bad = || SoftError::Unsuitable(format!("tetrahedron {} has no positive volume", index + 1));
-        Element::new(nodes, &mesh.nodes_m, symbolic).ok_or_else(bad)
+        Tetrahedron::new(nodes, &mesh.nodes_m, symbolic).ok_or_else(bad)
     };
     mesh.tetrahedra.iter().enumerate().map(element).collect()
 }

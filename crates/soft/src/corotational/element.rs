@@ -12,7 +12,7 @@
 use glam::{DMat3, DVec3};
 
 use super::rotation::{nearest_rotation, norm_squared, symmetric_eigen};
-use crate::factor::{BlockMatrix, Slot, Symbolic};
+use crate::factor::{BlockMatrix, BlockSlot, Symbolic};
 
 /// The pairs of an element's nodes, the diagonal first.
 const PAIRS: [(usize, usize); 10] =
@@ -21,7 +21,7 @@ const PAIRS: [(usize, usize); 10] =
 /// Where two stretches sum to less than this, the derivative of the rotation is not used as it is: it grows without bound.
 const MIN_STRETCH_SUM: f64 = 0.1;
 
-/// Lamé's constants, Pa.
+/// An element's material: Lamé's constants, Pa.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Material {
     pub(super) lambda_pa: f64,
@@ -37,34 +37,34 @@ impl Material {
 
 /// What of a tetrahedron does not change.
 #[derive(Clone, Debug)]
-pub(super) struct Element {
+pub(super) struct Tetrahedron {
     pub(super) nodes: [u32; 4],
     /// V at rest, m³.
     pub(super) volume_m3: f64,
     /// g: the gradients of the nodes' weights at rest, 1/m.
     gradients_per_m: [DVec3; 4],
-    slots: [Option<Slot>; 10],
+    slots: [Option<BlockSlot>; 10],
 }
 
 /// How an element is deformed.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Deformed {
-    /// R.
+pub(super) struct DeformedTetrahedron {
+    /// The rotation R that is nearest to the deformation.
     pub(super) rotation: DMat3,
-    /// S, symmetric.
+    /// The symmetric stretch S of the deformation R·S.
     pub(super) stretch: DMat3,
 }
 
 /// Which second derivative of the energy is meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Tangent {
-    /// As it is.
+    /// The exact tangent stiffness, which may be indefinite.
     Exact,
     /// Without what is negative: the element resists in every direction.
     Positive,
 }
 
-impl Element {
+impl Tetrahedron {
     /// `None` where the tetrahedron has no positive volume.
     pub(super) fn new(nodes: [u32; 4], rest_m: &[DVec3], symbolic: &Symbolic) -> Option<Self> {
         let [a, b, c, d] = nodes.map(|node| rest_m[node as usize]);
@@ -80,23 +80,23 @@ impl Element {
         Some(Self { nodes, volume_m3, gradients_per_m, slots })
     }
 
-    pub(super) fn deformed(&self, positions_m: &[DVec3]) -> Deformed {
+    pub(super) fn deformed(&self, positions_m: &[DVec3]) -> DeformedTetrahedron {
         let [a, b, c, d] = self.nodes.map(|node| positions_m[node as usize]);
         let [_, gb, gc, gd] = self.gradients_per_m;
         let deformation = outer(b - a, gb) + outer(c - a, gc) + outer(d - a, gd);
         let rotation = nearest_rotation(deformation);
         let stretch = rotation.transpose() * deformation;
-        Deformed { rotation, stretch: 0.5 * (stretch + stretch.transpose()) }
+        DeformedTetrahedron { rotation, stretch: 0.5 * (stretch + stretch.transpose()) }
     }
 
-    pub(super) fn energy_j(&self, material: Material, deformed: &Deformed) -> f64 {
+    pub(super) fn energy_j(&self, material: Material, deformed: &DeformedTetrahedron) -> f64 {
         let strain = deformed.stretch - DMat3::IDENTITY;
         let trace = trace(strain);
         self.volume_m3 * (material.mu_pa * norm_squared(strain) + 0.5 * material.lambda_pa * trace * trace)
     }
 
     /// The elastic forces on the four nodes, N.
-    pub(super) fn forces_n(&self, material: Material, deformed: &Deformed) -> [DVec3; 4] {
+    pub(super) fn forces_n(&self, material: Material, deformed: &DeformedTetrahedron) -> [DVec3; 4] {
         let stress = deformed.rotation * deformed.stress(material);
         self.gradients_per_m.map(|gradient| -self.volume_m3 * (stress * gradient))
     }
@@ -105,7 +105,7 @@ impl Element {
     pub(super) fn add_tangent(
         &self,
         material: Material,
-        deformed: &Deformed,
+        deformed: &DeformedTetrahedron,
         kind: Tangent,
         matrix: &mut BlockMatrix,
     ) {
@@ -128,7 +128,7 @@ impl Element {
     }
 }
 
-impl Deformed {
+impl DeformedTetrahedron {
     /// `2μ·(S − 1) + λ·tr(S − 1)·1`: stress in the element's own frame, Pa.
     pub(super) fn stress(&self, material: Material) -> DMat3 {
         let strain = self.stretch - DMat3::IDENTITY;
@@ -136,7 +136,7 @@ impl Deformed {
             + DMat3::from_diagonal(DVec3::splat(material.lambda_pa * trace(strain)))
     }
 
-    /// T, Pa.
+    /// The part T of the tangent that comes of the rotation's change, Pa.
     fn turning(&self, material: Material, kind: Tangent) -> DMat3 {
         let factor = material.lambda_pa * (trace(self.stretch) - 3.0) - 2.0 * material.mu_pa;
         let sums = DMat3::from_diagonal(DVec3::splat(trace(self.stretch))) - self.stretch;
@@ -161,17 +161,17 @@ fn trace(matrix: DMat3) -> f64 {
     matrix.x_axis.x + matrix.y_axis.y + matrix.z_axis.z
 }
 
-/// `column·rowᵀ`.
+/// The outer product `column·rowᵀ`.
 fn outer(column: DVec3, row: DVec3) -> DMat3 {
     DMat3::from_cols(column * row.x, column * row.y, column * row.z)
 }
 
-/// `[v]ₓ·matrix`.
+/// The product `[v]ₓ·matrix` with the matrix that crosses with v.
 fn cross_rows(v: DVec3, matrix: DMat3) -> DMat3 {
     DMat3::from_cols(v.cross(matrix.x_axis), v.cross(matrix.y_axis), v.cross(matrix.z_axis))
 }
 
-/// `matrix·[v]ₓᵀ`.
+/// The product `matrix·[v]ₓᵀ` with the matrix that crosses with v.
 fn cross_columns(matrix: DMat3, v: DVec3) -> DMat3 {
     let [a, b, c] = [matrix.x_axis, matrix.y_axis, matrix.z_axis];
     DMat3::from_cols(c * v.y - b * v.z, a * v.z - c * v.x, b * v.x - a * v.y)

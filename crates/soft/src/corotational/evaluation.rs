@@ -2,21 +2,21 @@
 
 use glam::{DMat3, DVec3};
 
-use super::element::{Deformed, Element, Material};
+use super::element::{DeformedTetrahedron, Material, Tetrahedron};
 use super::rotation::{nearest_rotation, norm_squared};
 use crate::factor::Symbolic;
 
 /// The elements of a body, all of one material.
 #[derive(Debug)]
 pub(super) struct Elements {
-    pub(super) list: Vec<Element>,
+    pub(super) list: Vec<Tetrahedron>,
     pub(super) material: Material,
 }
 
 /// Rotation and stretch of every element, and what they store.
 #[derive(Clone, Debug)]
 pub(super) struct Evaluation {
-    pub(super) deformed: Vec<Deformed>,
+    pub(super) deformed: Vec<DeformedTetrahedron>,
     pub(super) energy_j: f64,
 }
 
@@ -79,6 +79,6 @@ impl Evaluation {
     }
 
     pub(super) fn memory_bytes(&self) -> usize {
-        self.deformed.capacity() * size_of::<Deformed>()
+        self.deformed.capacity() * size_of::<DeformedTetrahedron>()
     }
 }

@@ -20,11 +20,11 @@ use crate::vector::{add_multiple, dot};
 const MAX_HALVINGS: u32 = 60;
 
 /// What a period starts from, in the free coordinates.
-struct Start {
+struct PeriodStart {
     positions_m: Vec<DVec3>,
-    /// M·v₀.
+    /// Momentum M·v₀ at the start, kg·m/s.
     momentum: Vec<f64>,
-    /// h·f.
+    /// Impulse h·f of the external forces, N·s.
     impulse: Vec<f64>,
     elastic_j: f64,
     kinetic_j: f64,
@@ -48,12 +48,12 @@ impl Corotational {
         self.arrive(&start, velocities);
     }
 
-    fn start(&self, forces: &[PointForce]) -> Start {
+    fn start(&self, forces: &[PointForce]) -> PeriodStart {
         let constants = &*self.constants;
         let velocities = constants.symbolic.gather(&self.state.velocities_m_per_s);
         let mut impulse = constants.external_forces(forces);
         impulse.iter_mut().for_each(|force| *force *= constants.period_s);
-        Start {
+        PeriodStart {
             positions_m: self.state.positions_m.clone(),
             momentum: constants.free_mass_kg.iter().zip(&velocities).map(|(mass, v)| mass * v).collect(),
             impulse,
@@ -63,7 +63,7 @@ impl Corotational {
     }
 
     /// Φ's gradient at `velocities`, where the present evaluation is.
-    fn gradient(&mut self, start: &Start, velocities: &[f64]) -> Vec<f64> {
+    fn gradient(&mut self, start: &PeriodStart, velocities: &[f64]) -> Vec<f64> {
         let mut gradient = self.quadratic_gradient(start, velocities);
         self.present.add_forces(
             &self.constants.elements,
@@ -75,7 +75,7 @@ impl Corotational {
     }
 
     /// The gradient of Φ without E.
-    fn quadratic_gradient(&self, start: &Start, velocities: &[f64]) -> Vec<f64> {
+    fn quadratic_gradient(&self, start: &PeriodStart, velocities: &[f64]) -> Vec<f64> {
         let mut gradient = self.quadratic(velocities);
         for ((part, momentum), impulse) in gradient.iter_mut().zip(&start.momentum).zip(&start.impulse) {
             *part -= momentum + impulse;
@@ -126,7 +126,7 @@ impl Corotational {
     /// Goes along `descent` as far as Φ falls. Returns whether there was such a step.
     fn go_downhill(
         &mut self,
-        start: &Start,
+        start: &PeriodStart,
         reached: &mut Vec<f64>,
         gradient: &[f64],
         descent: &[f64],
@@ -156,7 +156,7 @@ impl Corotational {
     }
 
     /// Moves the nodes to where a period with these velocities ends, and evaluates there.
-    fn try_velocities(&mut self, start: &Start, velocities: &[f64]) {
+    fn try_velocities(&mut self, start: &PeriodStart, velocities: &[f64]) {
         let constants = self.constants.clone();
         let h = constants.period_s;
         let nodes = constants.symbolic.order().iter();
@@ -168,7 +168,7 @@ impl Corotational {
     }
 
     /// Ends the period with the velocities, or with a part of them that does not make energy from nothing.
-    fn arrive(&mut self, start: &Start, mut velocities: Vec<f64>) {
+    fn arrive(&mut self, start: &PeriodStart, mut velocities: Vec<f64>) {
         let constants = self.constants.clone();
         let before = start.elastic_j + start.kinetic_j;
         for _ in 0..MAX_HALVINGS {
@@ -186,7 +186,7 @@ impl Corotational {
         self.rest_at(&start.positions_m);
     }
 
-    /// Stands still there.
+    /// Puts the nodes there, at rest.
     fn rest_at(&mut self, positions_m: &[DVec3]) {
         self.state.positions_m.copy_from_slice(positions_m);
         self.state.velocities_m_per_s.fill(DVec3::ZERO);

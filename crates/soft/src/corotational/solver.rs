@@ -88,7 +88,7 @@ impl Solver {
         self.matrix.memory_bytes() + exact + rough + 44 * self.residual.len()
     }
 
-    /// Whether `rotations` count.
+    /// Whether the next solution looks at `rotations`.
     pub(super) fn uses_rotations(&self) -> bool {
         self.residual.len() > SMALL
     }

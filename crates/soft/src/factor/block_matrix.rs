@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::symbolic::{Slot, Symbolic};
+use super::symbolic::{BlockSlot, Symbolic};
 
 /// The values of a symmetric matrix on the pattern of a [`Symbolic`]: the blocks of the diagonal, then those below it, column
 /// by column.
@@ -15,26 +15,26 @@ pub struct BlockMatrix {
 }
 
 impl BlockMatrix {
-    /// All zero.
+    /// A matrix of this pattern with all blocks zero.
     #[must_use]
     pub fn new(symbolic: Arc<Symbolic>) -> Self {
         let blocks = vec![DMat3::ZERO; symbolic.free_nodes() + symbolic.rows.len()];
         Self { symbolic, blocks }
     }
 
-    /// The pattern.
+    /// The pattern on which the matrix has its values.
     #[must_use]
     pub fn symbolic(&self) -> &Arc<Symbolic> {
         &self.symbolic
     }
 
-    /// Makes it zero.
+    /// Sets every block to zero.
     pub fn clear(&mut self) {
         self.blocks.fill(DMat3::ZERO);
     }
 
     /// Adds a block at (row, column) and its transpose at (column, row). On the diagonal once; it should be symmetric there.
-    pub fn add(&mut self, slot: Slot, block: DMat3) {
+    pub fn add(&mut self, slot: BlockSlot, block: DMat3) {
         self.blocks[slot.block as usize] += if slot.turned { block.transpose() } else { block };
     }
 

@@ -46,14 +46,14 @@ pub type Factor = FactorOf<f64>;
 
 /// A [`Factor`] in numbers of some kind.
 pub struct FactorOf<T> {
-    shared: Arc<Shared>,
+    shared: Arc<SharedPattern>,
     matrix_values: Vec<T>,
     factor_values: Vec<T>,
     workspace: MemBuffer,
 }
 
 /// What depends on the pattern only.
-struct Shared {
+struct SharedPattern {
     symbolic: Arc<Symbolic>,
     column_start: Vec<u32>,
     rows: Vec<u32>,
@@ -67,23 +67,23 @@ impl<T: Number> FactorOf<T> {
     /// When the factor would have more than 2³² entries.
     #[must_use]
     pub fn new(symbolic: Arc<Symbolic>) -> Self {
-        Self::of(Arc::new(Shared::new(symbolic)))
+        Self::with_shared(Arc::new(SharedPattern::new(symbolic)))
     }
 
     /// Room for another factor of the same pattern, in numbers of the same or another kind.
     #[must_use]
     pub fn like<U>(other: &FactorOf<U>) -> Self {
-        Self::of(other.shared.clone())
+        Self::with_shared(other.shared.clone())
     }
 
-    fn of(shared: Arc<Shared>) -> Self {
+    fn with_shared(shared: Arc<SharedPattern>) -> Self {
         let need = shared.structure.factorize_numeric_llt_scratch::<T>(Par::Seq, Default::default());
         let factor_values = vec![T::default(); shared.structure.len_val()];
         let matrix_values = vec![T::default(); shared.rows.len()];
         Self { matrix_values, factor_values, workspace: MemBuffer::new(need), shared }
     }
 
-    /// The pattern.
+    /// The pattern of the matrices that it factorises.
     #[must_use]
     pub fn symbolic(&self) -> &Arc<Symbolic> {
         &self.shared.symbolic
@@ -168,7 +168,7 @@ impl<T: Number> FactorOf<T> {
 
 impl<T: Number> Clone for FactorOf<T> {
     fn clone(&self) -> Self {
-        let mut clone = Self::of(self.shared.clone());
+        let mut clone = Self::with_shared(self.shared.clone());
         clone.factor_values.copy_from_slice(&self.factor_values);
         clone
     }
@@ -180,7 +180,7 @@ impl<T: Number> std::fmt::Debug for FactorOf<T> {
     }
 }
 
-impl Shared {
+impl SharedPattern {
     fn new(symbolic: Arc<Symbolic>) -> Self {
         let (column_start, rows) = lower_pattern(&symbolic);
         let structure = structure(&column_start, &rows);

@@ -15,14 +15,14 @@ const FRACTIONS: [f64; 9] = [0.3, 0.35, 0.4, 0.45, 0.5, 0.55, 0.6, 0.65, 0.7];
 /// The nodes of a graph in the order of elimination. `neighbours[n]` are the nodes joined to n.
 pub(super) fn nested_dissection(places: &[DVec3], neighbours: &[Vec<u32>]) -> Vec<u32> {
     let mut dissection =
-        Dissection { places, neighbours, side: vec![Side::Elsewhere; places.len()], order: Vec::new() };
+        Dissection { places, neighbours, side: vec![Half::Elsewhere; places.len()], order: Vec::new() };
     dissection.order.reserve(places.len());
     dissection.dissect((0..places.len() as u32).collect());
     dissection.order
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Side {
+enum Half {
     Elsewhere,
     Low,
     High,
@@ -31,16 +31,16 @@ enum Side {
 struct Dissection<'a> {
     places: &'a [DVec3],
     neighbours: &'a [Vec<u32>],
-    side: Vec<Side>,
+    side: Vec<Half>,
     order: Vec<u32>,
 }
 
 /// A way to cut a set: along which axis, how many nodes are low, which side gives the separator.
-struct Cut {
+struct Bisection {
     cost: f64,
     axis: usize,
     low: usize,
-    separator: Side,
+    separator: Half,
 }
 
 impl Dissection<'_> {
@@ -52,10 +52,10 @@ impl Dissection<'_> {
         };
         self.sort_along(&mut set, cut.axis);
         self.mark(&set, cut.low);
-        let belongs = |node: &u32, side: Side| self.side[*node as usize] == side;
+        let belongs = |node: &u32, side: Half| self.side[*node as usize] == side;
         let separates = |node: &u32| belongs(node, cut.separator) && self.touches_other_side(*node);
         let (separator, rest): (Vec<u32>, Vec<u32>) = set.iter().partition(|node| separates(node));
-        let (low, high): (Vec<u32>, Vec<u32>) = rest.iter().partition(|node| belongs(node, Side::Low));
+        let (low, high): (Vec<u32>, Vec<u32>) = rest.iter().partition(|node| belongs(node, Half::Low));
         self.unmark(&set);
         drop(set);
         self.dissect(low);
@@ -63,8 +63,8 @@ impl Dissection<'_> {
         self.order.extend(separator);
     }
 
-    fn best_cut(&mut self, set: &mut [u32]) -> Option<Cut> {
-        let mut best: Option<Cut> = None;
+    fn best_cut(&mut self, set: &mut [u32]) -> Option<Bisection> {
+        let mut best: Option<Bisection> = None;
         for axis in 0..3 {
             self.sort_along(set, axis);
             let mut last = 0;
@@ -91,15 +91,15 @@ impl Dissection<'_> {
         (wanted.max(1)..=limit).find(|&i| along(i) - along(i - 1) > slack).unwrap_or(wanted)
     }
 
-    fn judge(&mut self, set: &[u32], axis: usize, low: usize) -> Cut {
+    fn judge(&mut self, set: &[u32], axis: usize, low: usize) -> Bisection {
         self.mark(set, low);
         let borders = |nodes: &[u32]| nodes.iter().filter(|&&node| self.touches_other_side(node)).count();
         let (low_border, high_border) = (borders(&set[..low]), borders(&set[low..]));
         self.unmark(set);
         let (separator, size) =
-            if low_border <= high_border { (Side::Low, low_border) } else { (Side::High, high_border) };
+            if low_border <= high_border { (Half::Low, low_border) } else { (Half::High, high_border) };
         let uneven = (2.0 * low as f64 / set.len() as f64 - 1.0).abs();
-        Cut { cost: size as f64 * (1.0 + uneven), axis, low, separator }
+        Bisection { cost: size as f64 * (1.0 + uneven), axis, low, separator }
     }
 
     fn sort_along(&self, set: &mut [u32], axis: usize) {
@@ -113,21 +113,21 @@ impl Dissection<'_> {
 
     fn mark(&mut self, set: &[u32], low: usize) {
         for (i, &node) in set.iter().enumerate() {
-            self.side[node as usize] = if i < low { Side::Low } else { Side::High };
+            self.side[node as usize] = if i < low { Half::Low } else { Half::High };
         }
     }
 
     fn unmark(&mut self, set: &[u32]) {
         for &node in set {
-            self.side[node as usize] = Side::Elsewhere;
+            self.side[node as usize] = Half::Elsewhere;
         }
     }
 
     fn touches_other_side(&self, node: u32) -> bool {
         let other = match self.side[node as usize] {
-            Side::Low => Side::High,
-            Side::High => Side::Low,
-            Side::Elsewhere => return false,
+            Half::Low => Half::High,
+            Half::High => Half::Low,
+            Half::Elsewhere => return false,
         };
         self.neighbours[node as usize].iter().any(|&neighbour| self.side[neighbour as usize] == other)
     }

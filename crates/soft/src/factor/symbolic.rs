@@ -6,8 +6,8 @@ use super::dissection::nested_dissection;
 
 /// Where the 3 × 3 block of a pair of nodes is in a [`super::BlockMatrix`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Slot {
-    /// Which block.
+pub struct BlockSlot {
+    /// The block's place in the matrix's list.
     pub(super) block: u32,
     /// Whether it is kept transposed, because only one of (a, b) and (b, a) is.
     pub(super) turned: bool,
@@ -46,10 +46,10 @@ impl Symbolic {
         let dissected = nested_dissection(&places, &neighbours);
         let sequence = postordered(&dissected, &neighbours);
         let order = sequence.iter().map(|&index| free[index as usize]).collect();
-        Self::in_order(order, &sequence, &neighbours, rest_m.len())
+        Self::ordered(order, &sequence, &neighbours, rest_m.len())
     }
 
-    fn in_order(order: Vec<u32>, sequence: &[u32], neighbours: &[Vec<u32>], nodes: usize) -> Self {
+    fn ordered(order: Vec<u32>, sequence: &[u32], neighbours: &[Vec<u32>], nodes: usize) -> Self {
         let mut position = vec![None; nodes];
         for (place, &node) in order.iter().enumerate() {
             position[node as usize] = Some(place as u32);
@@ -92,15 +92,15 @@ impl Symbolic {
 
     /// Where the block (row, column) of two nodes is. `None` if one of them is fixed, or if they are not joined.
     #[must_use]
-    pub fn slot(&self, row: u32, column: u32) -> Option<Slot> {
+    pub fn slot(&self, row: u32, column: u32) -> Option<BlockSlot> {
         let (row, column) = (self.position(row)?, self.position(column)?);
         let (later, earlier) = (row.max(column), row.min(column));
         if later == earlier {
-            return Some(Slot { block: later as u32, turned: false });
+            return Some(BlockSlot { block: later as u32, turned: false });
         }
         let below = self.below(earlier);
         let found = self.rows[below.clone()].binary_search(&(later as u32)).ok()?;
-        Some(Slot { block: (self.order.len() + below.start + found) as u32, turned: row < column })
+        Some(BlockSlot { block: (self.order.len() + below.start + found) as u32, turned: row < column })
     }
 
     /// The coordinates of the free nodes of a vector per node.

@@ -3,17 +3,17 @@
 use std::sync::Arc;
 
 use glam::DVec3;
-use nalgebra::DMatrix;
 
 use super::parts::Parts;
 use crate::elastic::Elastic;
 use crate::enclosed::Enclosed;
 use crate::factor::{BlockMatrix, Factor, Symbolic};
-use crate::point::{MaterialPoint, PointForce};
+use crate::forces::external_forces;
+use crate::point::PointForce;
 use crate::vector::dot;
 
 /// What does not change.
-pub(super) struct Constants<E> {
+pub(super) struct ImplicitConstants<E> {
     pub(super) parts: Parts<E>,
     pub(super) size_m: f64,
     pub(super) symbolic: Arc<Symbolic>,
@@ -39,24 +39,16 @@ pub(super) struct VolumeGradient {
     pub(super) gradient: Vec<f64>,
     /// `A⁻¹·g`, with A the matrix that is solved with.
     pub(super) solved: Vec<f64>,
-    /// `gᵀ·A⁻¹·g`.
+    /// The product `gᵀ·A⁻¹·g`.
     pub(super) product: f64,
 }
 
-impl<E: Elastic> Constants<E> {
-    /// Gravity and the points' forces on every node, N; forces that are not finite count as none.
+impl<E: Elastic> ImplicitConstants<E> {
     pub(super) fn external_forces(&self, points: &[PointForce]) -> Vec<DVec3> {
-        let mut forces: Vec<DVec3> =
-            self.parts.mass_kg.iter().map(|mass| *mass * self.gravity_m_per_s2).collect();
-        for point in points.iter().filter(|point| point.force_n.is_finite()) {
-            for (&node, weight) in point.at.nodes.iter().zip(point.at.weights) {
-                forces[node as usize] += weight * point.force_n;
-            }
-        }
-        forces
+        external_forces(&self.parts.mass_kg, self.gravity_m_per_s2, points)
     }
 
-    /// From rest.
+    /// Elastic energy, counted from rest, J.
     pub(super) fn elastic_j(&self, positions_m: &[DVec3]) -> f64 {
         self.parts.elastic.energy_j(positions_m) - self.rest_energy_j
     }
@@ -75,7 +67,7 @@ impl<E: Elastic> Constants<E> {
     }
 
     /// The pressure that balances the forces of most nodes: what it is in equilibrium, whatever is pressed on a few of them.
-    pub(super) fn pressure_of_most_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
+    pub(super) fn median_pressure_pa(&self, enclosed: &Enclosed, positions_m: &[DVec3]) -> f64 {
         let mut forces = self.external_forces(&[]);
         self.parts.elastic.add_forces(positions_m, &mut forces);
         let gradient = enclosed.gradient(positions_m);
@@ -122,17 +114,5 @@ impl<E: Elastic> Constants<E> {
         self.parts.elastic.add_tangent(&self.parts.rest_m, true, 1.0, &mut matrix);
         let diagonal = matrix.entries().into_iter().filter(|(row, column, _)| row == column);
         diagonal.map(|(_, _, value)| value).fold(f64::MIN_POSITIVE, f64::max)
-    }
-
-    /// The unit forces of a point along x, y and z, in the free coordinates: three columns.
-    pub(super) fn unit_forces(&self, points: &[MaterialPoint]) -> DMatrix<f64> {
-        let mut columns = DMatrix::zeros(self.symbolic.coordinates(), 3 * points.len());
-        for (index, point) in points.iter().enumerate() {
-            for (&node, weight) in point.nodes.iter().zip(point.weights) {
-                let Some(place) = self.symbolic.position(node) else { continue };
-                (0..3).for_each(|axis| columns[(3 * place + axis, 3 * index + axis)] += weight);
-            }
-        }
-        columns
     }
 }

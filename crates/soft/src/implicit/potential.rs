@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::constants::Constants;
+use super::constants::ImplicitConstants;
 use crate::body::SoftState;
 use crate::elastic::Elastic;
 use crate::factor::{BlockMatrix, Factor};
@@ -46,7 +46,7 @@ pub(super) struct NewtonStep {
 }
 
 impl<'a> Potential<'a> {
-    pub(super) fn of_equilibrium(start: &'a SoftState, forces_n: Vec<DVec3>) -> Self {
+    pub(super) fn equilibrium(start: &'a SoftState, forces_n: Vec<DVec3>) -> Self {
         Self {
             start_m: &start.positions_m,
             velocity_m_per_s: &start.velocities_m_per_s,
@@ -61,16 +61,16 @@ impl<'a> Potential<'a> {
     }
 
     /// Inertia and damping of a period.
-    pub(super) fn add_time<E>(&mut self, constants: &Constants<E>) {
-        let Constants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *constants;
+    pub(super) fn add_time<E>(&mut self, constants: &ImplicitConstants<E>) {
+        let ImplicitConstants { period_s, mass_damping_per_s, stiffness_damping_s, .. } = *constants;
         self.inertia = (1.0 + period_s * mass_damping_per_s) / (period_s * period_s);
         self.momentum = 1.0 / period_s;
         self.damping = stiffness_damping_s / period_s;
     }
 }
 
-impl<E: Elastic> Constants<E> {
-    /// Φ.
+impl<E: Elastic> ImplicitConstants<E> {
+    /// The value of Φ, J.
     pub(super) fn potential(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> f64 {
         let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
         let mut value = self.parts.elastic.energy_j(positions_m);
@@ -91,7 +91,7 @@ impl<E: Elastic> Constants<E> {
         }
     }
 
-    /// Φ's gradient.
+    /// Φ's gradient over the free coordinates, N.
     pub(super) fn gradient(&self, potential: &Potential<'_>, positions_m: &[DVec3]) -> Vec<f64> {
         let Potential { start_m, velocity_m_per_s, forces_n, inertia, momentum, damping, .. } = potential;
         let mut down = forces_n.clone();
@@ -110,7 +110,7 @@ impl<E: Elastic> Constants<E> {
         gradient
     }
 
-    /// Φ's second derivative.
+    /// Φ's second derivative, N/m, into `matrix`.
     pub(super) fn fill(
         &self,
         matrix: &mut BlockMatrix,

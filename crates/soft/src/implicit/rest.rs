@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::constants::{Constants, RestCompliance};
+use super::constants::{ImplicitConstants, RestCompliance};
 use super::parts::Parts;
 use super::potential::Potential;
 use crate::body::SoftState;
@@ -11,13 +11,13 @@ use crate::enclosed::Enclosed;
 use crate::factor::{BlockMatrix, Factor};
 use crate::linear::LinearBody;
 
-impl<E: Elastic> Constants<E> {
+impl<E: Elastic> ImplicitConstants<E> {
     /// `None` if the body can move without deforming.
     pub(super) fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
         let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
         let start =
             SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
-        let potential = Potential::of_equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
+        let potential = Potential::equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
         let mut matrix = BlockMatrix::new(self.symbolic.clone());
         self.fill(&mut matrix, &potential, rest_m, false);
         if not_held.is_some() || factor.refactor(&matrix).is_err() {

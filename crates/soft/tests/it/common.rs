@@ -10,28 +10,30 @@ use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
 pub(crate) fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
-    let mut scene = cotouch_scene::load("single-axis", &[]).expect("it is built in");
-    scene.rates.simulation_hz = "60".parse().expect("a rate");
-    scene.gravity_m_per_s2 = DVec3::ZERO;
-    let soft = &mut scene.soft;
-    soft.model = model;
-    soft.young_pa = 20e3;
-    soft.poisson_ratio = 0.25;
-    soft.density_kg_per_m3 = 1000.0;
-    soft.mass_damping_per_s = 0.3;
-    soft.stiffness_damping_s = 0.01;
-    soft.newton_steps = 1;
-    soft.quasi_static = false;
-    soft.skin_thickness_m = 1e-3;
-    soft.skin_stretch = 1.3;
-    soft.fixed = Vec::new();
-    soft.nodes = Some(Arc::new(mesh));
-    scene
+    cotouch_scene::load("single-axis", &[]).expect("it is built in").edit_unchecked(|scene| {
+        scene.rates.simulation_hz = "60".parse().expect("a rate");
+        scene.gravity_m_per_s2 = DVec3::ZERO;
+        let soft = &mut scene.soft;
+        soft.model = model;
+        soft.young_pa = 20e3;
+        soft.poisson_ratio = 0.25;
+        soft.density_kg_per_m3 = 1000.0;
+        soft.mass_damping_per_s = 0.3;
+        soft.stiffness_damping_s = 0.01;
+        soft.newton_steps = 1;
+        soft.quasi_static = false;
+        soft.skin_thickness_m = 1e-3;
+        soft.skin_stretch = 1.3;
+        soft.fixed = Vec::new();
+        soft.nodes = Some(Arc::new(mesh));
+    })
 }
 
 /// Fixes all nodes in a box.
 pub(crate) fn fix(scene: &mut Scene, from: [f64; 3], to: [f64; 3]) {
-    scene.soft.fixed.push(FixedRegion { from_m: DVec3::from(from), to_m: DVec3::from(to) });
+    *scene = scene.edit_unchecked(|scene| {
+        scene.soft.fixed.push(FixedRegion { from_m: DVec3::from(from), to_m: DVec3::from(to) })
+    });
 }
 
 /// The paper's spring: an equilateral triangle of 20 mm sides across the x axis.
@@ -44,9 +46,7 @@ pub(crate) fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene 
     let nodes_m = vec![corner(0.0), corner(1.0), corner(2.0)];
     let mesh =
         SoftMesh { nodes_m, tetrahedra: vec![], triangles: vec![[0, 1, 2]], tied_n_per_m: stiffness_n_per_m };
-    let mut scene = scene(SoftModel::MassSpring, mesh);
-    scene.soft.quasi_static = quasi_static;
-    scene
+    scene(SoftModel::MassSpring, mesh).edit_unchecked(|scene| scene.soft.quasi_static = quasi_static)
 }
 
 /// Cubes of `edge` m, each cut into six tetrahedra around a diagonal; one corner at the origin.

@@ -8,8 +8,8 @@ use nalgebra::{DMatrix, DVector};
 fn beam(quasi_static: bool) -> LinearBody {
     let mut scene = scene(SoftModel::Corotational, block([3, 2, 1], 0.02));
     fix(&mut scene, [-1.0; 3], [1e-9, 1.0, 1.0]);
-    scene.soft.quasi_static = quasi_static;
-    Corotational::of_scene(&scene).expect("a good scene").linear().expect("it has one")
+    scene = scene.edit_unchecked(|scene| scene.soft.quasi_static = quasi_static);
+    Corotational::from_scene(&scene).expect("a good scene").linear().expect("it has one")
 }
 
 /// Two points, one of them a mean of nodes of which some are fixed.

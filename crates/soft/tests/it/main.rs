@@ -7,3 +7,4 @@ mod factor;
 mod linear;
 mod mass_spring;
 mod spring;
+mod stiffness;

@@ -13,14 +13,15 @@ use nalgebra::DMatrix;
 
 use super::contact::{ContactInput, LocalContact};
 use super::joint::{JointContact, joint_forces};
-use super::law::{Forces, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};
-use super::linear::{LinearLaw, StickingContacts};
+use super::law::{FingerForces, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};
+use super::sticking::StickingContacts;
+use crate::linear_block::LinearBlock;
 
 /// (1/K_h + W)·f = −e + W·f_frame, F = −f.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Compliance;
+pub(super) struct ComplianceLaw;
 
-impl LocalLaw for Compliance {
+impl LocalLaw for ComplianceLaw {
     fn needs(&self) -> LawNeeds {
         LawNeeds { joint_compliance: true, ..LawNeeds::default() }
     }
@@ -29,7 +30,12 @@ impl LocalLaw for Compliance {
         contact.spring_force(input)
     }
 
-    fn forces(&self, tick: &LocalTick<'_>, contacts: &mut [LocalContact], fingers: &[LocalFinger]) -> Forces {
+    fn forces(
+        &self,
+        tick: &LocalTick<'_>,
+        contacts: &mut [LocalContact],
+        fingers: &[LocalFinger],
+    ) -> FingerForces {
         let mut joint = Slots::<JointContact>::new();
         let mut slots = Slots::<usize>::new();
         for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
@@ -48,7 +54,7 @@ impl LocalLaw for Compliance {
             }
         }
         let solved = joint_forces(tick.frame.compliance, tick.frame.forces_n, &joint);
-        let mut forces = Forces::new();
+        let mut forces = FingerForces::new();
         for (slot, (contact, finger)) in contacts.iter_mut().zip(fingers).enumerate() {
             let known = solved.as_ref().and_then(|forces| {
                 let at = slots.iter().position(|&known| known == slot)?;
@@ -63,7 +69,7 @@ impl LocalLaw for Compliance {
         forces
     }
 
-    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw {
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearBlock {
         let size = 3 * contacts.count();
         let mut d = DMatrix::zeros(size, 2 * size);
         match contacts.compliance.and_then(|compliance| Some((compliance, sharing(contacts, compliance)?))) {
@@ -73,7 +79,7 @@ impl LocalLaw for Compliance {
             }
             None => d.columns_mut(0, size).copy_from(&contacts.stiffness()),
         }
-        LinearLaw::stateless(d)
+        LinearBlock::gain(d)
     }
 }
 

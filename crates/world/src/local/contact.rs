@@ -21,9 +21,9 @@ pub const LAW_MEMORY: usize = 6;
 /// Where a finger touches a soft body, and what its local model remembers: a plain value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LocalContact {
-    /// Whether it touches.
+    /// Whether the finger touches.
     pub touching: bool,
-    /// Whether it slid in the last tick.
+    /// Whether the finger slid in the last tick.
     pub sliding: bool,
     /// The point of the surface that holds it; where it came off, the last one.
     pub anchor: MaterialPoint,
@@ -42,9 +42,7 @@ pub struct LocalContact {
     pub force: DVec3,
     /// The proxy of a finger that is free.
     pub proxy: ProxyState,
-    /// What laws with further state remember while the finger touches; zero when it begins to. Recordings do not have it:
-    /// replays with a soft body begin before the first tick.
-    #[serde(skip)]
+    /// What laws with further state remember while the finger touches; zero when it begins to.
     pub memory: [f64; LAW_MEMORY],
 }
 
@@ -53,7 +51,7 @@ pub struct LocalContact {
 pub struct ContactInput<'a> {
     /// Constants of all contacts.
     pub model: &'a SoftContactModel,
-    /// The contact's gains.
+    /// Gains of the contact in the present slow period.
     pub gains: &'a LocalGains,
     /// The surface as it is in this tick.
     pub surface: &'a SurfaceInUse<'a>,
@@ -98,7 +96,7 @@ impl LocalContact {
         surface.at(&self.anchor) + self.offset - centre
     }
 
-    /// e_n, m.
+    /// How deep the finger is inside, e_n = e·n, m.
     #[must_use]
     pub fn depth_m(&self, surface: &SurfaceInUse, centre: DVec3) -> f64 {
         self.stretch(surface, centre).dot(self.normal)

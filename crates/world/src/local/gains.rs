@@ -5,9 +5,9 @@ use cotouch_scene::scene::LocalModel;
 /// The gains of one contact's local model in one slow period.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalGains {
-    /// K_h, N/m.
+    /// Stiffness K_h of the spring, N/m.
     pub stiffness_n_per_m: f64,
-    /// INT/N = T·I, N/m.
+    /// Integral gain a tick, INT/N = T·I, N/m.
     pub integral_per_tick_n_per_m: f64,
     /// In how many ticks an integral's force drains.
     pub drain_ticks: f64,

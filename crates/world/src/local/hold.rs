@@ -4,13 +4,14 @@ use glam::DVec3;
 
 use super::contact::{ContactInput, LocalContact};
 use super::law::{LawClock, LocalLaw};
-use super::linear::{LinearLaw, StickingContacts};
+use super::sticking::StickingContacts;
+use crate::linear_block::LinearBlock;
 
 /// F = K_h·e of the first tick of a slow period, held.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Hold;
+pub(super) struct HoldLaw;
 
-impl LocalLaw for Hold {
+impl LocalLaw for HoldLaw {
     fn clock(&self) -> LawClock {
         LawClock::SlowPeriod
     }
@@ -19,7 +20,7 @@ impl LocalLaw for Hold {
         contact.spring_force(input)
     }
 
-    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw {
-        LinearLaw::stateless(contacts.stiffness())
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearBlock {
+        LinearBlock::gain(contacts.stiffness())
     }
 }

@@ -1,4 +1,4 @@
-//! Forces of contacts that share a joint compliance: what the simulation will answer to forces, a period before it does.
+//! FingerForces of contacts that share a joint compliance: what the simulation will answer to forces, a period before it does.
 //!
 //! The frame in use was made with forces `f_frame`. Under other forces `f` the surface would be at `x_a + W·(f − f_frame)`,
 //! and every finger is held there by a spring `K_h`:
@@ -20,11 +20,11 @@ const MAX_ROWS: usize = 3 * MAX_SOFT_CONTACTS;
 pub struct JointContact {
     /// Its place in W: rows 3·place to 3·place + 2.
     pub place: usize,
-    /// K_h, N/m.
+    /// Stiffness K_h of the contact's spring, N/m.
     pub stiffness_n_per_m: f64,
-    /// e, m.
+    /// Error e, from the finger to where it is held, m.
     pub stretch: DVec3,
-    /// Outward, unit.
+    /// Outward unit normal of the surface.
     pub normal: DVec3,
     /// Whether it may pull.
     pub two_sided: bool,

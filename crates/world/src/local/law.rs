@@ -8,15 +8,16 @@ use glam::DVec3;
 
 use super::contact::{ContactInput, LocalContact};
 use super::gains::LocalGains;
-use super::linear::{LinearLaw, StickingContacts};
 use super::model::SoftContactModel;
+use super::sticking::StickingContacts;
 use super::surface::SurfaceInUse;
+use crate::linear_block::LinearBlock;
 
 /// One value a finger slot.
 pub type Slots<T> = ArrayVec<T, MAX_SOFT_CONTACTS>;
 
 /// The forces on all fingers, N, one a finger slot.
-pub type Forces = Slots<DVec3>;
+pub type FingerForces = Slots<DVec3>;
 
 /// The law of a local model: the force on a finger that touches a slowly simulated soft body, at the haptic rate.
 ///
@@ -48,13 +49,21 @@ pub trait LocalLaw: Debug + Sync {
     fn force(&self, input: &ContactInput<'_>, contact: &mut LocalContact) -> DVec3;
 
     /// The forces on all fingers of a host, N, their contacts one tick on: by default each finger by itself.
-    fn forces(&self, tick: &LocalTick<'_>, contacts: &mut [LocalContact], fingers: &[LocalFinger]) -> Forces {
+    fn forces(
+        &self,
+        tick: &LocalTick<'_>,
+        contacts: &mut [LocalContact],
+        fingers: &[LocalFinger],
+    ) -> FingerForces {
         let pairs = contacts.iter_mut().zip(fingers).enumerate();
         pairs.map(|(slot, (contact, finger))| tick.force_alone(self, slot, contact, finger)).collect()
     }
 
-    /// The linear block of contacts that stick.
-    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw;
+    /// The linear block of m contacts that stick, at the law's [clock](Self::clock). The input stacks the errors
+    /// e = x_a + o − x_h of all contacts (3m, m) and, of a law that needs the joint compliance, the forces on the body with
+    /// which the frame in use was made (3m, N); the output stacks the forces on the fingers (3m, N); the state stacks the
+    /// law's numbers contact by contact.
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearBlock;
 }
 
 /// What a law needs besides K_h.
@@ -69,7 +78,7 @@ pub struct LawNeeds {
 /// When a law computes its forces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LawClock {
-    /// In every tick.
+    /// FingerForces are computed in every tick.
     Tick,
     /// In the first tick of every period of the simulation; they are held until the next.
     SlowPeriod,

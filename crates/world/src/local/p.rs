@@ -4,18 +4,19 @@ use glam::DVec3;
 
 use super::contact::{ContactInput, LocalContact};
 use super::law::LocalLaw;
-use super::linear::{LinearLaw, StickingContacts};
+use super::sticking::StickingContacts;
+use crate::linear_block::LinearBlock;
 
 /// F = K_h·e (Barbagli et al. 2003, (3)).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct P;
+pub(super) struct PLaw;
 
-impl LocalLaw for P {
+impl LocalLaw for PLaw {
     fn force(&self, input: &ContactInput<'_>, contact: &mut LocalContact) -> DVec3 {
         contact.spring_force(input)
     }
 
-    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw {
-        LinearLaw::stateless(contacts.stiffness())
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearBlock {
+        LinearBlock::gain(contacts.stiffness())
     }
 }

@@ -1,6 +1,6 @@
 //! `pi`: a spring to the surface and an integral along its normal (Barbagli et al. 2003, §3.4), with thresholds (10), (11).
 //!
-//! The paper writes the error as `x_proxy − x_haptic` and calls `e > 0` contact; here `e_n` is that distance, counted from
+//! Barbagli et al. write the error as `x_proxy − x_haptic` and call `e > 0` contact; here `e_n` is that distance, counted from
 //! the finger to where it is held, so that all conditions read the same. The third line of (11) as printed, `θ̄₂/I_tot`,
 //! falls as the integral grows, while the text says that θ "grows linearly … up to a certain limit"; it is taken as
 //! `θ̄₂·I_tot/Ī_tot`, which meets the fourth line.
@@ -10,13 +10,14 @@ use nalgebra::DMatrix;
 
 use super::contact::{ContactInput, LocalContact};
 use super::law::{LawNeeds, LocalLaw};
-use super::linear::{LinearLaw, StickingContacts};
+use super::sticking::StickingContacts;
+use crate::linear_block::LinearBlock;
 
 /// F = K_h·e + n·I, I⁺ = I + (INT/N)·(e_n − θ) (Barbagli et al. 2003, (6)).
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Pi;
+pub(super) struct PiLaw;
 
-impl LocalLaw for Pi {
+impl LocalLaw for PiLaw {
     fn needs(&self) -> LawNeeds {
         LawNeeds { integral_gain: true, ..LawNeeds::default() }
     }
@@ -42,7 +43,7 @@ impl LocalLaw for Pi {
         force
     }
 
-    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearLaw {
+    fn linear(&self, contacts: &StickingContacts<'_>) -> LinearBlock {
         let count = contacts.count();
         let normals = DMatrix::from_fn(3 * count, count, |row, contact| {
             if row / 3 == contact { contacts.normals[contact][row % 3] } else { 0.0 }
@@ -51,7 +52,7 @@ impl LocalLaw for Pi {
         for (mut row, gains) in b.row_iter_mut().zip(contacts.gains) {
             row *= gains.integral_per_tick_n_per_m;
         }
-        LinearLaw { a: DMatrix::identity(count, count), b, c: normals, d: contacts.stiffness() }
+        LinearBlock { a: DMatrix::identity(count, count), b, c: normals, d: contacts.stiffness() }
     }
 }
 

@@ -8,7 +8,7 @@ use crate::proxy::{MeshSurface, SurfacePoint};
 /// A surface between two results of the simulation; its vertices are the nodes of the body.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfaceInUse<'a> {
-    /// The latest result.
+    /// The latest result of the simulation.
     pub latest: &'a MeshSurface,
     /// Where the nodes were in the result before, m.
     pub before_m: &'a [DVec3],

@@ -15,9 +15,9 @@ const MIN_SQUARED_SINE: f64 = 1e-14;
 /// The points `y` with `normal·y ≥ offset`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HalfSpace {
-    /// Unit.
+    /// Unit normal, towards the inside of the half-space.
     pub(super) normal: DVec3,
-    /// m.
+    /// Distance of the plane from the origin along the normal, m.
     pub(super) offset: f64,
     /// The triangle that the half-space keeps out.
     pub(super) triangle: u32,
@@ -34,13 +34,13 @@ impl HalfSpace {
 }
 
 /// A plane that holds the nearest point, and how hard (m): goal + Σ hold·normal = the nearest point.
-pub(super) type Held = (HalfSpace, f64);
+pub(super) type HeldPlane = (HalfSpace, f64);
 
 /// The nearest point, and the planes, three at most, that keep it from the goal.
 #[derive(Clone, Debug)]
 pub(super) struct Foot {
     pub(super) point: DVec3,
-    pub(super) held: ArrayVec<Held, 3>,
+    pub(super) held: ArrayVec<HeldPlane, 3>,
 }
 
 /// The point nearest to `goal` within all half-spaces, of which `worst` tells the one that a point is most outside
@@ -58,7 +58,7 @@ pub(super) fn nearest(goal: DVec3, mut worst: impl FnMut(DVec3) -> Option<HalfSp
 }
 
 /// The nearest point within `plane`, on which it lies, and the up to three of `held`.
-fn with(goal: DVec3, plane: HalfSpace, held: &[Held]) -> Option<Foot> {
+fn with(goal: DVec3, plane: HalfSpace, held: &[HeldPlane]) -> Option<Foot> {
     let allowed = |foot: &Foot| held.iter().all(|(other, _)| other.excess(foot.point) <= TOLERANCE_M);
     let one = foot(goal, &[plane]);
     let two = || held.iter().filter_map(|(other, _)| foot(goal, &[plane, *other]));
@@ -101,7 +101,7 @@ fn foot(goal: DVec3, planes: &[HalfSpace]) -> Option<Foot> {
     if !holds.iter().all(|&hold| hold >= 0.0) {
         return None;
     }
-    let held: ArrayVec<Held, 3> = planes.iter().copied().zip(holds.iter().copied()).collect();
+    let held: ArrayVec<HeldPlane, 3> = planes.iter().copied().zip(holds.iter().copied()).collect();
     let point = held.iter().fold(goal, |point, (plane, hold)| point + plane.normal * *hold);
     Some(Foot { point, held })
 }

@@ -3,7 +3,6 @@
 use std::ops::ControlFlow;
 
 use arrayvec::ArrayVec;
-use cotouch_scene::mesh::TriangleMesh;
 use glam::DVec3;
 use thiserror::Error;
 
@@ -45,11 +44,11 @@ pub enum SurfaceError {
 pub struct SurfacePoint {
     /// Which triangle, counted as given.
     pub triangle: u32,
-    /// Its vertices.
+    /// The three vertices of the triangle.
     pub vertices: [u32; 3],
     /// How much each of them counts; they sum to 1.
     pub weights: [f64; 3],
-    /// m, body's frame.
+    /// Where the point is in the body's frame, m.
     pub point: DVec3,
     /// Outward, unit; zero where there is no direction.
     pub outward: DVec3,
@@ -117,11 +116,6 @@ impl MeshSurface {
             generation: 0,
             displacement_m: 0.0,
         })
-    }
-
-    /// From a scene's mesh; errors as [`MeshSurface::new`].
-    pub(crate) fn of(mesh: &TriangleMesh) -> Result<Self, SurfaceError> {
-        Self::new(mesh.vertices.clone(), &mesh.triangles)
     }
 
     /// Gives every vertex a new position (m); triangles stay what they are, and move there in straight lines as

@@ -12,9 +12,9 @@ const LEAF: usize = 2;
 
 /// In single precision, rounded outward: half of the memory, a third of the time.
 #[derive(Clone, Copy, Debug)]
-struct Node {
-    least: Vec3A,
-    most: Vec3A,
+struct BoxNode {
+    min: Vec3A,
+    max: Vec3A,
     /// The next node that is not below this one.
     skip: u32,
     /// Of a leaf: its first triangle.
@@ -23,18 +23,18 @@ struct Node {
     count: u32,
 }
 
-impl Node {
-    /// At least nearly: to be compared with a square that has room for the error.
+impl BoxNode {
+    /// Nearly a lower bound: to be compared with a square that has room for the error.
     #[inline]
     fn roughly_squared(&self, point: Vec3A) -> f32 {
-        (self.least - point).max(point - self.most).max(Vec3A::ZERO).length_squared()
+        (self.min - point).max(point - self.max).max(Vec3A::ZERO).length_squared()
     }
 
-    /// A lower bound.
+    /// A lower bound of the squared distance, m².
     #[inline]
     fn distance_squared(&self, point: DVec3) -> f64 {
-        let (least, most) = (self.least.as_dvec3(), self.most.as_dvec3());
-        (least - point).max(point - most).max(DVec3::ZERO).length_squared()
+        let (min, max) = (self.min.as_dvec3(), self.max.as_dvec3());
+        (min - point).max(point - max).max(DVec3::ZERO).length_squared()
     }
 
     fn triangles(&self) -> Range<usize> {
@@ -42,10 +42,10 @@ impl Node {
     }
 }
 
-/// Boxes around triangles.
+/// A tree of boxes around triangles.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
-    nodes: Vec<Node>,
+    nodes: Vec<BoxNode>,
 }
 
 impl Tree {
@@ -67,19 +67,19 @@ impl Tree {
     pub(super) fn refit(&mut self, triangles: &[[DVec3; 3]]) {
         for at in (0..self.nodes.len()).rev() {
             let node = self.nodes[at];
-            let (least, most) = if node.count > 0 {
+            let (min, max) = if node.count > 0 {
                 let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
                 let corners = triangles[node.triangles()].iter().flatten();
-                let (least, most) =
-                    corners.fold(start, |(least, most), corner| (least.min(*corner), most.max(*corner)));
-                outward(least, most)
+                let (min, max) =
+                    corners.fold(start, |(min, max), corner| (min.min(*corner), max.max(*corner)));
+                outward(min, max)
             } else {
                 let first = self.nodes[at + 1];
                 let second = self.nodes[first.skip as usize];
-                (first.least.min(second.least), first.most.max(second.most))
+                (first.min.min(second.min), first.max.max(second.max))
             };
-            self.nodes[at].least = least;
-            self.nodes[at].most = most;
+            self.nodes[at].min = min;
+            self.nodes[at].max = max;
         }
     }
 
@@ -154,24 +154,24 @@ impl Tree {
 }
 
 /// A box in single precision that has the given one in it.
-fn outward(least: DVec3, most: DVec3) -> (Vec3A, Vec3A) {
-    let down = least.to_array().map(|value| (value as f32).next_down());
-    let up = most.to_array().map(|value| (value as f32).next_up());
+fn outward(min: DVec3, max: DVec3) -> (Vec3A, Vec3A) {
+    let down = min.to_array().map(|value| (value as f32).next_down());
+    let up = max.to_array().map(|value| (value as f32).next_up());
     (Vec3A::from_array(down), Vec3A::from_array(up))
 }
 
 /// Appends the tree over `order`, whose first place is `first`; halves it across the longest side. As deep as
 /// the logarithm of the number of triangles.
-fn split(nodes: &mut Vec<Node>, centres: &[DVec3], order: &mut [u32], first: usize) {
+fn split(nodes: &mut Vec<BoxNode>, centres: &[DVec3], order: &mut [u32], first: usize) {
     let at = nodes.len();
     let count = if order.len() <= LEAF { order.len() as u32 } else { 0 };
-    nodes.push(Node { least: Vec3A::ZERO, most: Vec3A::ZERO, skip: 0, first: first as u32, count });
+    nodes.push(BoxNode { min: Vec3A::ZERO, max: Vec3A::ZERO, skip: 0, first: first as u32, count });
     if count == 0 {
         let start = (DVec3::INFINITY, DVec3::NEG_INFINITY);
-        let (least, most) = order.iter().fold(start, |(least, most), &triangle| {
-            (least.min(centres[triangle as usize]), most.max(centres[triangle as usize]))
+        let (min, max) = order.iter().fold(start, |(min, max), &triangle| {
+            (min.min(centres[triangle as usize]), max.max(centres[triangle as usize]))
         });
-        let axis = (most - least).max_position();
+        let axis = (max - min).max_position();
         let middle = order.len() / 2;
         order.select_nth_unstable_by(middle, |&a, &b| {
             centres[a as usize][axis].total_cmp(&centres[b as usize][axis]).then(a.cmp(&b))

@@ -3,7 +3,7 @@
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::mesh::TriangleMesh;
 use cotouch_scene::scene::{Body, Integrator, Shape, ShapeKind, SpringDamper};
-use cotouch_world::wall::Plane;
+use cotouch_world::wall::FixedPlane;
 use cotouch_world::{
     BodyState, ContactForce, ContactModel, ContactState, Freedom, Inertia, Sphere, Stepper, Surface, touch,
     touch_plane,
@@ -67,8 +67,8 @@ pub(crate) fn body(shape: Shape, mass_kg: f64, position_m: DVec3) -> Body {
 }
 
 /// A floor at height 0.
-pub(crate) fn floor() -> Plane {
-    Plane { point: DVec3::ZERO, normal: DVec3::Y }
+pub(crate) fn floor() -> FixedPlane {
+    FixedPlane { point: DVec3::ZERO, normal: DVec3::Y }
 }
 
 /// A body that meets a floor and the others.
@@ -93,7 +93,7 @@ impl World {
     pub(crate) fn new(bodies: &[Body], model: ContactModel) -> Self {
         let thing = |body: &Body| {
             let surface = Surface::new(&body.shape);
-            let stepper = Stepper::of(Inertia::of(body), T, Integrator::ExactHold, Freedom::Space);
+            let stepper = Stepper::rigid(Inertia::from_body(body), T, Integrator::ExactHold, Freedom::Space);
             let contacts = vec![ContactState::default(); surface.corners().len()];
             let on_others = vec![contacts.clone(); bodies.len()];
             Thing { surface, stepper, state: BodyState::start(body), on_floor: contacts, on_others }
@@ -110,7 +110,7 @@ impl World {
             let state = self.things[a].state;
             for c in 0..self.things[a].surface.corners().len() {
                 let corner = self.things[a].surface.corners()[c];
-                let sphere = Sphere::of_corner(&corner, (&state.pose, &state.twist));
+                let sphere = Sphere::from_corner(&corner, (&state.pose, &state.twist));
                 let contact = &mut self.things[a].on_floor[c];
                 if let Some(force) = touch_plane(&self.model, contact, &floor(), &sphere) {
                     add(&mut wrenches[a], force.on_sphere(state.pose.position));

@@ -19,7 +19,7 @@ fn tumbler() -> (Inertia, BodyState) {
 fn a_tumbling_body_keeps_its_momentum_and_its_energy() {
     for integrator in [Integrator::ExactHold, Integrator::SemiImplicitEuler] {
         let (inertia, mut state) = tumbler();
-        let stepper = Stepper::of(inertia, T, integrator, Freedom::Space);
+        let stepper = Stepper::rigid(inertia, T, integrator, Freedom::Space);
         let (momentum, energy) = (inertia.angular_momentum(&state), inertia.kinetic_energy_j(&state));
         let mut largest = [0.0_f64; 4];
         let mut turned_over = false;
@@ -42,7 +42,7 @@ fn turning_in_space_is_of_second_order() {
     let at_the_end = |ticks: u32| {
         let (inertia, mut state) = tumbler();
         let period = 1.0 / f64::from(ticks);
-        let stepper = Stepper::of(inertia, period, Integrator::ExactHold, Freedom::Space);
+        let stepper = Stepper::rigid(inertia, period, Integrator::ExactHold, Freedom::Space);
         for _ in 0..ticks {
             stepper.step(&mut state, &Wrench::default());
         }
@@ -57,7 +57,7 @@ fn turning_in_space_is_of_second_order() {
 fn a_held_torque_turns_by_the_closed_form() {
     let inertia = Inertia::new(0.4, DMat3::from_diagonal(DVec3::new(1.0, 2.0, 3.5) * 1e-4));
     for freedom in [Freedom::Plane(DVec3::Z), Freedom::Space] {
-        let stepper = Stepper::of(inertia, T, Integrator::ExactHold, freedom);
+        let stepper = Stepper::rigid(inertia, T, Integrator::ExactHold, freedom);
         let mut state = BodyState::at_rest(DVec3::ZERO);
         state.twist.angular = DVec3::Z * -0.4;
         let wrench = Wrench { force: DVec3::ZERO, torque: DVec3::Z * 3.5e-4 };
@@ -73,12 +73,12 @@ fn a_held_torque_turns_by_the_closed_form() {
 
 #[test]
 fn a_body_in_a_plane_turns_about_its_normal_only_and_one_on_a_line_not_at_all() {
-    let inertia = Inertia::of(&body(cuboid(DVec3::new(0.1, 0.05, 0.02)), 0.4, DVec3::ZERO));
+    let inertia = Inertia::from_body(&body(cuboid(DVec3::new(0.1, 0.05, 0.02)), 0.4, DVec3::ZERO));
     let wrench = Wrench { force: DVec3::ONE, torque: DVec3::ONE };
     let after = |freedom| {
         let mut state = BodyState::at_rest(DVec3::ZERO);
         for _ in 0..50 {
-            Stepper::of(inertia, T, Integrator::ExactHold, freedom).step(&mut state, &wrench);
+            Stepper::rigid(inertia, T, Integrator::ExactHold, freedom).step(&mut state, &wrench);
         }
         state
     };
@@ -93,7 +93,7 @@ fn a_body_in_a_plane_turns_about_its_normal_only_and_one_on_a_line_not_at_all() 
 #[test]
 fn a_fixed_body_stays() {
     let fixed = cotouch_scene::scene::Body { fixed: true, ..body(cuboid(DVec3::ONE), 2.0, DVec3::X) };
-    let stepper = Stepper::of(Inertia::of(&fixed), T, Integrator::ExactHold, Freedom::Space);
+    let stepper = Stepper::rigid(Inertia::from_body(&fixed), T, Integrator::ExactHold, Freedom::Space);
     let mut state = BodyState::start(&fixed);
     stepper.step(&mut state, &Wrench { force: DVec3::ONE, torque: DVec3::ONE });
     assert_eq!(state, BodyState::start(&fixed));
@@ -121,11 +121,11 @@ fn inertia_is_that_of_the_solid() {
             }
         }
         let expected = 0.4 * sum / count;
-        let inertia = Inertia::of(&body(shape, 0.4, DVec3::ZERO)).inertia_kg_m2;
+        let inertia = Inertia::from_body(&body(shape, 0.4, DVec3::ZERO)).inertia_kg_m2;
         for axis in 0..3 {
             let ratio = inertia.col(axis)[axis] / expected[axis];
             assert!((ratio - 1.0).abs() < 0.005, "{kind:?} {axis}: {ratio}");
         }
     }
-    assert!(!Inertia::of(&body(shape(ShapeKind::Point), 0.4, DVec3::ZERO)).turns());
+    assert!(!Inertia::from_body(&body(shape(ShapeKind::Point), 0.4, DVec3::ZERO)).turns());
 }

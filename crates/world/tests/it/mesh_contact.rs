@@ -175,7 +175,7 @@ fn a_mesh_is_touched_where_its_hull_is_not() {
 fn lifted(triangles: &Triangles, reach_m: f64) -> (Vec<BodyState>, bool) {
     let body = body(mesh_shape(triangles), 0.3, DVec3::ZERO);
     let surface = Surface::new(&body.shape);
-    let stepper = Stepper::of(Inertia::of(&body), T, Integrator::ExactHold, Freedom::Space);
+    let stepper = Stepper::rigid(Inertia::from_body(&body), T, Integrator::ExactHold, Freedom::Space);
     let hand = Stepper::new(0.1, T, Integrator::ExactHold, Freedom::Space);
     let out = [DVec3::X, -DVec3::X, DVec3::Y, -DVec3::Y];
     let mut state = BodyState::start(&body);

@@ -23,9 +23,9 @@ fn a_tick_allocates_nothing() {
         hull(vertices_of_cuboid(0.5 * size)),
     ];
     let surfaces = shapes.map(|shape| Surface::new(&shape));
-    let inertia = Inertia::of(&common::body(cuboid(size), 0.4, DVec3::ZERO));
+    let inertia = Inertia::from_body(&common::body(cuboid(size), 0.4, DVec3::ZERO));
     let steppers = [Freedom::Plane(DVec3::Z), Freedom::Space]
-        .map(|freedom| Stepper::of(inertia, T, Integrator::ExactHold, freedom));
+        .map(|freedom| Stepper::rigid(inertia, T, Integrator::ExactHold, freedom));
     let ground = Ground { friction_coefficient: 0.3, rotational_friction_coefficient: 0.2 };
     let ground = GroundFriction::new(&ground, inertia, T, Freedom::Plane(DVec3::Z));
     let gains = CouplingGains { stiffness: 0.1, damping: 0.001 };

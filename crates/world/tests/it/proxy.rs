@@ -472,7 +472,7 @@ proptest! {
         steps in prop::collection::vec((-1.0..1.0, -1.0..1.0, -1.0..1.0, 0.1..8.0), 60),
     ) {
         let mesh = &kinds()[kind];
-        let surface = surface_of(&mesh);
+        let surface = surface_of(mesh);
         let mut state = ProxyState::default();
         let mut centre = DVec3::new(0.09, 0.0, 0.0);
         prop_assert!(surface.probe(&mut state, centre, radius).is_none());

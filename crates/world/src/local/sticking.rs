@@ -1,4 +1,4 @@
-//! What a law is while its contacts stick: a linear system, which the analysis compiles.
+//! Contacts that stick, from which the linear block of a law is made.
 
 use glam::DVec3;
 use nalgebra::DMatrix;
@@ -19,27 +19,6 @@ pub struct StickingContacts<'a> {
     pub compliance: Option<&'a DMatrix<f64>>,
 }
 
-/// A law's linear block for m contacts, once every instant of its clock:
-///
-/// ```text
-/// x⁺ = a·x + b·u,   y = c·x + d·u
-/// ```
-///
-/// `u` stacks the errors e = x_a + o − x_h of all contacts (3m, m) and, of a law that needs the joint compliance, the forces
-/// on the body with which the frame in use was made (3m, N); `y` stacks the forces on the fingers (3m, N); `x` stacks the
-/// law's state numbers contact by contact.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LinearLaw {
-    /// n × n.
-    pub a: DMatrix<f64>,
-    /// n × 3m, or n × 6m.
-    pub b: DMatrix<f64>,
-    /// 3m × n.
-    pub c: DMatrix<f64>,
-    /// 3m × 3m, or 3m × 6m.
-    pub d: DMatrix<f64>,
-}
-
 impl StickingContacts<'_> {
     /// The number of contacts, m.
     #[must_use]
@@ -58,14 +37,5 @@ impl StickingContacts<'_> {
                 if row == column { self.gains[row / 3].stiffness_n_per_m } else { 0.0 }
             },
         )
-    }
-}
-
-impl LinearLaw {
-    /// A law without state: `y = d·u`.
-    #[must_use]
-    pub fn stateless(d: DMatrix<f64>) -> Self {
-        let (outputs, inputs) = d.shape();
-        Self { a: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, inputs), c: DMatrix::zeros(outputs, 0), d }
     }
 }
