@@ -2,7 +2,8 @@
 
 use cotouch_scene::Scene;
 use cotouch_scene::time::Schedule;
-use cotouch_world::local::{LawClock, LinearLaw, LocalGains, SoftContactModel, StickingContacts, local_law};
+use cotouch_world::LinearBlock;
+use cotouch_world::local::{LawClock, LocalGains, SoftContactModel, StickingContacts, local_law};
 use glam::DVec3;
 use nalgebra::DMatrix;
 
@@ -36,7 +37,7 @@ impl HostLaw {
         };
         let slow = scene.slow_schedule();
         let periods: Vec<u64> = ticks_of_periods(&slow).collect();
-        let LinearLaw { a, b, c, d } = in_period_of(periods[0]);
+        let LinearBlock { a, b, c, d } = in_period_of(periods[0]);
         // Gains that count by the tick differ between periods of different lengths.
         let share = |ticks: u64| {
             let size = b.norm();
