@@ -59,9 +59,9 @@ pub fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position:
     endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
 }
 
-/// The scene's one-axis reduction, as in the thesis's analysis: everything moves along one line, across the faces that
-/// the fingers press on, and every finger is coupled to the centre of the first body, both ways, by the normal springs
-/// and dampers. No walls, ideal sensors.
+/// The scene's one-axis reduction, as in Fotoohi Ghiam's analysis: everything moves along one line, across the faces
+/// that the fingers press on, and every finger is coupled to the centre of the first body, both ways, by the normal
+/// springs and dampers. No walls, ideal sensors.
 #[must_use]
 pub fn along_normal(scene: &SceneValues) -> SceneValues {
     let mut line = scene.clone();

@@ -4,7 +4,7 @@
 //! outward normal `n(u)`, the depth `d(u)`, the anchor `a` and `P = I − n·nᵀ`, the force on the finger is `R·φ`,
 //!
 //! ```text
-//! φ  = k_N·d·n − k_T·P·(u − a) − (b_N·n·nᵀ + b_T·P)·w,       w = Rᵀ·(ċ − ṗ − ω×(c − p))                thesis (7.3)
+//! φ  = k_N·d·n − k_T·P·(u − a) − (b_N·n·nᵀ + b_T·P)·w,       w = Rᵀ·(ċ − ṗ − ω×(c − p))                Fotoohi Ghiam 2006, (7.3)
 //! φ' = −k_N·n·nᵀ − k_T·P + (f_n + k_T·nᵀ(u − a))·C + k_T·n·(Cᵀ(u − a))ᵀ,       C = dn/du, 0 on a flat face
 //! ```
 //!

@@ -73,11 +73,11 @@ pub use time::{Time, TimeError};
 pub enum Route {
     /// Instant by instant, all columns of the identity at once.
     Stepping,
-    /// All samples of all signals over the pattern stacked in one vector, the loop closed once: thesis (4.12) – (4.30)
-    /// with appendix A, after Araki & Yamamoto (1986).
+    /// All samples of all signals over the pattern stacked in one vector, the loop closed once: Fotoohi Ghiam 2006,
+    /// (4.12) – (4.30) with appendix A, after Araki & Yamamoto (1986).
     StateSpace,
-    /// Each part at its own rate, the faster resampled to the next slower rate and closed there: thesis (4.1) – (4.11).
-    /// Only for nested rates without phases, and delays of whole periods.
+    /// Each part at its own rate, the faster resampled to the next slower rate and closed there: Fotoohi Ghiam 2006,
+    /// (4.1) – (4.11). Only for nested rates without phases, and delays of whole periods.
     Resampling,
 }
 

@@ -1,4 +1,4 @@
-//! One tick of a body: `x⁺ = A_D·x + B_D·f` (thesis (3.14)).
+//! One tick of a body: `x⁺ = A_D·x + B_D·f` (Fotoohi Ghiam 2006, (3.14)).
 
 use cotouch_scene::scene::Integrator;
 use nalgebra::DMatrix;

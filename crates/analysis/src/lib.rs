@@ -5,9 +5,9 @@
 //! so one pattern of ticks and network steps maps the state exactly:
 //!
 //! ```text
-//! plant under hold    x(k+1) = A_D·x(k) + B_D·f(k),   exp([A B; 0 0]·T_c) = [A_D B_D; 0 I]     thesis (3.14), (3.15)
-//! spring and damper   f = k·(x_anchor − x_end) + b·(v_anchor − v_end)                         thesis (4.25) – (4.28)
-//! stuck contact       f = −(k_N·n·nᵀ + k_T·(I − n·nᵀ))·x − (b_N·n·nᵀ + b_T·(I − n·nᵀ))·v      thesis (7.3)
+//! plant under hold    x(k+1) = A_D·x(k) + B_D·f(k),   exp([A B; 0 0]·T_c) = [A_D B_D; 0 I]     Fotoohi Ghiam 2006, (3.14), (3.15)
+//! spring and damper   f = k·(x_anchor − x_end) + b·(v_anchor − v_end)                         Fotoohi Ghiam 2006, (4.25) – (4.28)
+//! stuck contact       f = −(k_N·n·nᵀ + k_T·(I − n·nᵀ))·x − (b_N·n·nᵀ + b_T·(I − n·nᵀ))·v      Fotoohi Ghiam 2006, (7.3)
 //! one pattern         z(K+1) = Φ·z(K),   Φ = Φ_p ··· Φ_2·Φ_1 (one factor a tick)
 //! verdict             stable iff all eigenvalues of Φ but the rigid-body poles lie inside the unit circle   (3.19)
 //! ```
@@ -20,14 +20,14 @@
 //!
 //! What follows from verdicts: [`map`] draws the plane of two scene keys ([`sweep`], [`evaluator`]), [`margin`] says how far
 //! each gain, the delay, the rates and the loss of packets are from instability. What users perceive of the object is in
-//! [`transparency`]: admittance, the damping that held data add, equivalent stiffness (thesis ch. 6).
+//! [`transparency`]: admittance, the damping that held data add, equivalent stiffness (Fotoohi Ghiam 2006, ch. 6).
 //!
 //! A [`diagram`] describes any sampled-data loop: continuous plants, discrete blocks with periods and phases of their own,
 //! samplers, holds, delays of any rational length. Every loop lowers to one, and three routes that share no more than the
 //! description lift it: instant by instant, by the direct state-space method (4.12)–(4.30), and by subsystem resampling
-//! (4.1)–(4.11). Local models on slowly simulated objects are in [`local_model`] (the paper, §2–3); with a hand that is free
-//! to move they are a diagram. Whole sessions around a soft body, hands, network and slow simulation together, are in
-//! [`soft`].
+//! (4.1)–(4.11). Local models on slowly simulated objects are in [`local_model`] (Barbagli et al. 2003, §2–3); with a
+//! hand that is free to move they are a diagram. Whole sessions around a soft body, hands, network and slow simulation
+//! together, are in [`soft`].
 //!
 //! # Example
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:

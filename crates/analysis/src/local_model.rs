@@ -1,4 +1,5 @@
-//! Local models on a slowly simulated elastic object (the paper, §2–3): loops, regions, step responses, choice of gains.
+//! Local models on a slowly simulated elastic object (Barbagli et al. 2003, §2–3): loops, regions, step responses,
+//! choice of gains.
 //!
 //! The haptic loop ticks every `T`; the simulation answers every `N·T`. All positions count into the object, from its
 //! surface at rest, so that the error `e` is how deep the hand is inside the surface:
@@ -13,15 +14,17 @@
 //!
 //! All of it scales with K_o: only `h = K_h/K_o` and `i = INT/K_o` matter. With the first moment of the weights,
 //! `m = Σ w_j·j/N`, the loop with the hand held still has, under a zero-order hold, the characteristic polynomial
-//! `z² + (g−1)·z + (i−g)` with `g = h + m·i`: the paper's (7)–(9) where the first force is returned (m = 0), and the same
-//! loop with a larger proportional gain where a mean (m = (N−1)/2N) or the last force (m = (N−1)/N) is. Without an
-//! integral it is `z + h` (4). An integrator that is not there has no pole: radii do not tend to P's as INT → 0.
+//! `z² + (g−1)·z + (i−g)` with `g = h + m·i`: (7)–(9) of Barbagli et al. 2003 where the first force is returned (m =
+//! 0), and the same loop with a larger proportional gain where a mean (m = (N−1)/2N) or the last force (m = (N−1)/N)
+//! is. Without an integral it is `z + h` (4). An integrator that is not there has no pole: radii do not tend to P's as
+//! INT → 0.
 //!
 //! [`SlowLoop`] gives both this closed form and an exact lift of the loop, tick by tick; [`with_hand`] lifts haptic and
 //! simulation loop together; [`simulation`] has the thresholds (10), (11) and the drain of §3.5.
 //!
 //! # Example
-//! Gains that the paper's (9) calls stable, and that its own algorithm (the mean goes to the simulation) makes unstable:
+//! Gains that (9) of Barbagli et al. 2003 calls stable, and that its own algorithm (the mean goes to the simulation)
+//! makes unstable:
 //!
 //! ```
 //! use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
@@ -48,9 +51,9 @@ use crate::eigenvalues::EigenvalueError;
 /// Which force of a slow period goes to the simulation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ReturnedForce {
-    /// Of its first tick: the paper's equations.
+    /// Of its first tick: Barbagli et al.'s equations.
     First,
-    /// The mean of all ticks: the paper's algorithm, Step 3.
+    /// The mean of all ticks: Barbagli et al.'s algorithm, Step 3.
     Mean,
     /// Of its last tick.
     Last,

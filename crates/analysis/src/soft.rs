@@ -1,6 +1,7 @@
 //! Hands on local models of a slowly simulated soft body: haptic loop and simulation loop together, over a network.
 //!
-//! The paper leaves this open (§5). One pattern of ticks, network steps and slow periods maps the state exactly:
+//! Barbagli et al. 2003 leaves this open (§5). One pattern of ticks, network steps and slow periods maps the state
+//! exactly:
 //!
 //! ```text
 //! every tick     e_c = x_surface,c − x_finger,c                                  for every contact c, about rest

@@ -1,9 +1,10 @@
-//! What users perceive of the object: admittance, added damping, equivalent stiffness (thesis ch. 6).
+//! What users perceive of the object: admittance, added damping, equivalent stiffness (Fotoohi Ghiam 2006, ch. 6).
 //!
 //! One user moves the object while the others are absent, their hosts' copies of it still there (Fig 6.1 (a)–(c)). The
 //! user's force acts on the hand; what the hand does is the answer.
 //!
-//! - [`admittance`]: over frequency, twice. The *slow-rate response* is the thesis's (6.1): the force is held over each
+//! - [`admittance`]: over frequency, twice. The *slow-rate response* is Fotoohi Ghiam 2006, (6.1): the force is held
+//! over each
 //!   network period and the hand is read at network instants only, `G(z) = C·(zI − A)⁻¹·B`, `z = e^(jωT_t)`. The
 //!   *fundamental* is what a continuous sinusoidal force meets: the hand answers with `e^(jωt)` times something that repeats
 //!   with every pattern, of which this is the mean. It is exact too: force and Fourier filter are part of the plant whose
@@ -11,7 +12,7 @@
 //! - [`added_damping`]: (6.2), the limit of F/V for z → 1, from the structure of the loop and not from small frequencies.
 //! - [`equivalent_stiffness`]: F/X at rest.
 //!
-//! Scenes with several directions are looked at along one line ([`Reduction`]), as in the thesis.
+//! Scenes with several directions are looked at along one line ([`Reduction`]), as in Fotoohi Ghiam 2006.
 //!
 //! # Example
 //! Held data brake: the remote user of a centralized session feels (B.10).
@@ -168,7 +169,8 @@ pub struct AddedDamping {
     pub dampers_of_scene_n_s_per_m: f64,
     /// Of the session with all hands on the object: the real pole nearest 1 that is not 1 by structure.
     pub drag_pole: Option<f64>,
-    /// `object.damping_n_s_per_m` that cancels the simplified damping, as the thesis proposes: it is on every copy.
+    /// `object.damping_n_s_per_m` that cancels the simplified damping, as Fotoohi Ghiam 2006 proposes: it is on every
+    /// copy.
     pub compensation_n_s_per_m: Option<f64>,
     /// The first damping, with that compensation.
     pub damping_if_compensated_n_s_per_m: Option<f64>,
@@ -310,7 +312,7 @@ fn ideal_stiffness(line: &SceneValues) -> f64 {
     line.wall.stiffness_n_per_m + fingers(line) * line.hand.stiffness_n_per_m
 }
 
-/// What held data add to the damping that `user` feels, and what the thesis's compensation does about it.
+/// What held data add to the damping that `user` feels, and what Fotoohi Ghiam's compensation does about it.
 ///
 /// # Errors
 /// When there is no such user, the loop is too large, or the object is soft.

@@ -23,7 +23,7 @@
 //!
 //! What a key is (kind, range, default, unit, meaning) is stated once, in `keys/`; from there come reading, `--set`,
 //! [`to_toml`], [`json_schema`] and the [reference](mod@reference). Values that a scene writes stay when its architecture is
-//! changed by an override; only couplings that it leaves out take Table 6.1 of the thesis for the architecture.
+//! changed by an override; only couplings that it leaves out take Table 6.1 of Fotoohi Ghiam 2006 for the architecture.
 //!
 //! Bodies have shapes ([`scene::Shape`]) with mass and inertia ([`MassProperties`]); hulls and meshes come from STL, OBJ and
 //! glTF files, which are checked when the scene is read ([`mesh`]).

@@ -28,7 +28,7 @@ pub fn edited(scene: &Scene, change: impl FnOnce(&mut SceneValues)) -> Scene {
     scene.edit(change).unwrap()
 }
 
-/// Table 6.1 of the thesis, n = 0.
+/// Table 6.1 of Fotoohi Ghiam 2006, n = 0.
 pub fn table_6_1(architecture: Architecture) -> Scene {
     let name = match architecture {
         Architecture::Centralized => "single-axis-centralized",
@@ -88,8 +88,8 @@ pub fn chapter_5(architecture: Architecture, k: [f64; 3], n: u32) -> Scene {
     })
 }
 
-/// Two users with two fingers each hold a box in the plane: Tables 8.1 and 8.2 of the thesis, hands of 5 N·s/m that track
-/// with 200 N/m, n = 1.
+/// Two users with two fingers each hold a box in the plane: Tables 8.1 and 8.2 of Fotoohi Ghiam 2006, hands of 5 N·s/m
+/// that track with 200 N/m, n = 1.
 pub fn grasp(architecture: Architecture) -> Scene {
     edited(&table_6_1(architecture), |scene| {
         scene.link.delay_periods = 1;

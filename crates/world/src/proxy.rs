@@ -1,6 +1,6 @@
 //! Contact of a sphere with a triangle mesh through a proxy: a second sphere of the same radius that stays outside.
 //!
-//! The *haptic sphere* is where the device is, and may be inside the surface. The *proxy* (Ruspini & Khatib 1997; the
+//! The *haptic sphere* is where the device is, and may be inside the surface. The *proxy* (Ruspini et al. 1997; the
 //! god-object of Zilles & Salisbury 1995) follows it as near as the surface lets it:
 //!
 //! ```text

@@ -51,7 +51,7 @@ impl Sampled {
         Self::linear(clock, Linear::gain(d))
     }
 
-    /// Samples and holds (thesis (3.14)).
+    /// Samples and holds (Fotoohi Ghiam 2006, (3.14)).
     #[must_use]
     pub fn zero_order_hold(clock: Clock, channels: usize) -> Self {
         Self::gain(clock, DMatrix::identity(channels, channels))
@@ -70,7 +70,7 @@ impl Sampled {
     }
 
     /// `k·(x_anchor − x_end) + b·(v_anchor − v_end)`, in N, along `axes` directions; the inputs are the end's positions
-    /// and velocities, then the anchor's (thesis (4.25) – (4.28)).
+    /// and velocities, then the anchor's (Fotoohi Ghiam 2006, (4.25) – (4.28)).
     #[must_use]
     pub fn coupler(clock: Clock, axes: usize, spring: SpringDamper) -> Self {
         let SpringDamper { stiffness_n_per_m: k, damping_n_s_per_m: b } = spring;

@@ -1,6 +1,7 @@
 //! A hand on a local model of a slowly simulated elastic object: haptic loop and simulation loop together.
 //!
-//! The paper (§2.1) analyses its simulation loop with the hand held still and leaves the two loops together open (§5).
+//! Barbagli et al. 2003 (§2.1) analyses its simulation loop with the hand held still and leaves the two loops together
+//! open (§5).
 
 use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::Rate;
@@ -13,17 +14,17 @@ use crate::local_model::{ReturnedForce, SurfaceHold};
 ///
 /// ```text
 /// hand      m·ẍ_h + b·ẋ_h + k·x_h = −F, F held over each tick of period T
-/// local     F(k) = K_h·e(k) + I(k),  I(k+1) = I(k) + INT/N·e(k),  e = x_h − x_surface      INT = N·T·I of the paper
+/// local     F(k) = K_h·e(k) + I(k),  I(k+1) = I(k) + INT/N·e(k),  e = x_h − x_surface      INT = N·T·I of Barbagli et al. 2003
 /// object    x_o = F_returned / K_o, computed every N ticks from the force of the N ticks that just ended
 /// surface   x_o from then on, held for N ticks, or moving there linearly within N ticks
 /// ```
 ///
-/// So the first force of period p moves the surface at the start of period p + 1: the paper's delay of N·T, and the
-/// hold. `hand` is kg, N·s/m and N/m; `kh`, `int` and `ko` are N/m. With a hand that does not move, the eigenvalues are
-/// those of the paper's simulation loop (8): for [`ReturnedForce::First`] and [`SurfaceHold::Zero`] the roots of
-/// z² + (h − 1)·z + (i − h), h = K_h/K_o, i = INT/K_o.
+/// So the first force of period p moves the surface at the start of period p + 1: Barbagli et al.'s delay of N·T, and
+/// the hold. `hand` is kg, N·s/m and N/m; `kh`, `int` and `ko` are N/m. With a hand that does not move, the eigenvalues
+/// are those of Barbagli et al.'s simulation loop (8): for [`ReturnedForce::First`] and [`SurfaceHold::Zero`] the roots
+/// of z² + (h − 1)·z + (i − h), h = K_h/K_o, i = INT/K_o.
 #[must_use]
-#[expect(clippy::too_many_arguments, reason = "the symbols of the paper")]
+#[expect(clippy::too_many_arguments, reason = "the symbols of Barbagli et al. 2003")]
 pub fn hand_on_local_model(
     hand: [f64; 3],
     kh: f64,

@@ -16,7 +16,8 @@ pub(crate) struct HeldPlant {
 }
 
 impl HeldPlant {
-    /// By the exponential of the plant augmented with its input and the input's slope: thesis (3.15), with a ramp.
+    /// By the exponential of the plant augmented with its input and the input's slope: Fotoohi Ghiam 2006, (3.15), with
+    /// a ramp.
     pub(crate) fn new(plant: &Plant, seconds: f64) -> Self {
         let (n, m) = plant.b.shape();
         // Linear in B, whose unit then does not matter.

@@ -1,4 +1,4 @@
-//! Subsystem resampling: thesis (4.1) – (4.11), for any number of nested rates.
+//! Subsystem resampling: Fotoohi Ghiam 2006, (4.1) – (4.11), for any number of nested rates.
 //!
 //! From the fastest rate to the slowest: the blocks of a rate join what was made of the faster ones, their loop is
 //! closed, and the whole is resampled to the next rate, over which the outputs of slower blocks are held:

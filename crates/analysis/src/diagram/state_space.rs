@@ -1,4 +1,5 @@
-//! The direct state-space representation: thesis (4.12) – (4.30) with appendix A, after Araki & Yamamoto (1986).
+//! The direct state-space representation: Fotoohi Ghiam 2006, (4.12) – (4.30) with appendix A, after Araki & Yamamoto
+//! (1986).
 //!
 //! Every output that a sampled block puts out within one pattern is a number of the stacked vector y (4.16). Plants,
 //! from the start of the pattern to any instant of it, follow in closed form from the state z at its start and from y

@@ -19,7 +19,7 @@ pub enum Contact {
     /// Contact is lost where `e ≤ 0`; the integral then falls to 0 linearly, over this time, s (§3.5). Force and
     /// integral are never negative.
     Drained {
-        /// A small multiple of the slow period, says the paper. 0: at once.
+        /// A small multiple of the slow period, says Barbagli et al. 2003. 0: at once.
         interval_s: f64,
     },
 }

@@ -32,7 +32,8 @@ impl SlowLoop {
         Ok(Self::of(weights, hold))
     }
 
-    /// Any weighted mean of the forces of a period: Step 3 of the paper's algorithm. One weight a tick, N of them.
+    /// Any weighted mean of the forces of a period: Step 3 of Barbagli et al.'s algorithm. One weight a tick, N of
+    /// them.
     ///
     /// # Errors
     /// When there are none or more than 10,000, or they do not sum to 1 (within 1e-9).

@@ -1,8 +1,9 @@
 //! Haptic loop and simulation loop together: a hand that is free to move, on a local model, on a slow elastic object.
 //!
-//! The paper leaves this open (§2.1, §5) and calls a stable slow loop, the hand held still, necessary. It is, for all hands
-//! together: a hand may hold as still as it likes. For one given hand it is neither necessary (a light, well damped one
-//! follows the surface) nor enough (one that swings on the local model sees a force that is a slow period old).
+//! Barbagli et al. 2003 leaves this open (§2.1, §5) and calls a stable slow loop, the hand held still, necessary. It
+//! is, for all hands together: a hand may hold as still as it likes. For one given hand it is neither necessary (a
+//! light, well damped one follows the surface) nor enough (one that swings on the local model sees a force that is a
+//! slow period old).
 //!
 //! `crate::diagram::hand_on_local_model` describes the same loop as a diagram; the two agree.
 

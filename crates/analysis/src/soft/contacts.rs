@@ -33,7 +33,7 @@ fn nearest(nodes_m: &[DVec3], triangles: &[[u32; 3]], from: DVec3) -> Option<Anc
     triangles.iter().map(on).min_by(|one, other| one.distance_m.total_cmp(&other.distance_m))
 }
 
-/// Barycentric weights of the point of a triangle that is nearest to `p` (Ericson 2004, §5.1.5).
+/// Barycentric weights of the point of a triangle that is nearest to `p` (Ericson 2005, 5.1.5).
 fn nearest_weights(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
     let (ab, ac) = (b - a, c - a);
     let (d1, d2) = (ab.dot(p - a), ac.dot(p - a));

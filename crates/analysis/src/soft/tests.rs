@@ -67,7 +67,7 @@ fn finger(host: u8) -> Finger {
     Finger { user: HostIndex(host), finger: 0 }
 }
 
-/// One finger on the paper's spring.
+/// One finger on Barbagli et al.'s spring.
 fn one_finger(
     hand: Body,
     kind: LocalModelKind,

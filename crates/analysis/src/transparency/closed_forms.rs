@@ -1,4 +1,4 @@
-//! The thesis's formulas for what users perceive, as printed, and corrected where the print is wrong.
+//! Fotoohi Ghiam's formulas for what users perceive, as printed, and corrected where the print is wrong.
 //!
 //! Only for comparison: everything else in this crate is computed from the loop. All take a single-axis scene, from which
 //! they read the seed's symbols; T_c is the control period.

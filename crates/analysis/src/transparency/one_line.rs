@@ -1,4 +1,4 @@
-//! A scene as the thesis's chapter 6 looks at it: on one line, with users' forces as inputs.
+//! A scene as chapter 6 of Fotoohi Ghiam 2006 looks at it: on one line, with users' forces as inputs.
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, SceneValues, Space, SpringDamper, User, WallSides};

@@ -21,7 +21,7 @@ pub(super) fn pattern_s(spec: &LoopSpec) -> f64 {
 /// m/N) or velocity (1, m/s/N) is read at the first network instant of each pattern, before anything else happens there.
 ///
 /// With a whole number of ticks a network period, every network instant is the first of a pattern, and this is
-/// `C·(zI − A)⁻¹·B` of the thesis.
+/// `C·(zI − A)⁻¹·B` of Fotoohi Ghiam 2006.
 pub(super) fn slow_rate(held: &Held, number: usize, frequency_rad_s: f64) -> Result<Complex<f64>, SpecError> {
     let mut held = held.clone();
     let source = source::at_network_instants(&mut held, frequency_rad_s);

@@ -21,7 +21,7 @@ pub struct TurningDamping {
     pub simplified_damping_n_m_s_per_rad: Option<f64>,
     /// Of the copies that nobody holds: the real pole nearest 1 that is not 1 by structure.
     pub drag_pole: Option<f64>,
-    /// `object.rotational_damping_n_m_s_per_rad` that cancels the simplified damping, as the thesis proposes.
+    /// `object.rotational_damping_n_m_s_per_rad` that cancels the simplified damping, as Fotoohi Ghiam 2006 proposes.
     pub compensation_n_m_s_per_rad: Option<f64>,
     /// What remains with it.
     pub damping_if_compensated_n_m_s_per_rad: Option<f64>,

@@ -1,4 +1,4 @@
-//! The paper's (9) and Figures 10, 11: for which gains a PI local model is stable.
+//! (9) of Barbagli et al. 2003 and Figures 10, 11: for which gains a PI local model is stable.
 
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::region::Region as StableGains;

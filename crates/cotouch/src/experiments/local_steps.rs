@@ -1,4 +1,4 @@
-//! The paper's Figures 7–9 and (4), (5): what a proportional local model on a slow spring does.
+//! Figures 7–9 of Barbagli et al. 2003 and (4), (5): what a proportional local model on a slow spring does.
 
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::region::stable_kh;

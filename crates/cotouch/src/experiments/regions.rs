@@ -40,7 +40,7 @@ const COUNT: usize = 97;
 /// A region that is narrower than this share of the view is a sliver.
 const SLIVER: f64 = 0.01;
 
-/// A stiffness: its key, and what the thesis calls it.
+/// A stiffness: its key, and what Fotoohi Ghiam 2006 calls it.
 #[derive(Clone, Copy)]
 struct Stiffness {
     key: &'static str,

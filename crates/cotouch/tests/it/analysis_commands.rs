@@ -176,7 +176,7 @@ fn local_models_are_checked_stepped_and_chosen() {
     close(&document["spectral_radius"], 0.5, 1e-12);
     let (status, document) = check("1.01", "0", "last");
     assert_eq!((status, &document["stable"]), (Some(1), &Value::Bool(false)));
-    // Inside the printed region, unstable with the force that the paper's algorithm returns.
+    // Inside the printed region, unstable with the force that Barbagli et al.'s algorithm returns.
     assert_eq!(check("1.5", "1.2", "first").0, Some(0));
     assert_eq!(check("1.5", "1.2", "mean").0, Some(1));
 

@@ -1,4 +1,5 @@
-//! Scenes with a soft object: the paper's figures out of the running session, its claim, and hours of random hands.
+//! Scenes with a soft object: Barbagli et al.'s figures out of the running session, its claim, and hours of random
+//! hands.
 
 use cotouch_analysis::local_model::step::Step;
 use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};

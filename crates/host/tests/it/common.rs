@@ -9,7 +9,8 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, parse};
 use glam::DVec3;
 
-/// The paper's spring: K_o = 200 N/m, 1000 Hz and 20 Hz, so that N = 50. The surface is at x = 0, hands come from −x.
+/// Barbagli et al.'s spring: K_o = 200 N/m, 1000 Hz and 20 Hz, so that N = 50. The surface is at x = 0, hands come from
+/// −x.
 pub(crate) const SPRING: &str = r#"
 [session]
 users = 1

@@ -129,8 +129,8 @@ fn comes_back(rig: &mut Rig) -> bool {
     })
 }
 
-/// The paper's claim (§1): who touches the balloon feels how the other presses it, through the fluid. Of the surface at
-/// rest, as a rigid shell has it, the force would not change.
+/// Barbagli et al.'s claim (§1): who touches the balloon feels how the other presses it, through the fluid. Of the
+/// surface at rest, as a rigid shell has it, the force would not change.
 #[test]
 fn through_the_balloon_one_user_feels_the_other() {
     for kind in ["p", "compliance"] {

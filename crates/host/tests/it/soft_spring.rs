@@ -1,4 +1,4 @@
-//! The paper's spring through a host's ticks: the same numbers as the paper's loop written out.
+//! Barbagli et al.'s spring through a host's ticks: the same numbers as Barbagli et al.'s loop written out.
 
 use crate::common::{Rig, SPRING, scene};
 use glam::DVec3;
@@ -7,7 +7,7 @@ const KO: f64 = 200.0;
 const RADIUS_M: f64 = 0.005;
 const N: usize = 50;
 
-/// The paper's loop, positions counted into the spring.
+/// Barbagli et al.'s loop, positions counted into the spring.
 struct Loop {
     kh: f64,
     int: f64,

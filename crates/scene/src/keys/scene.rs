@@ -14,7 +14,7 @@ const fn number(min: f64, max: f64) -> Kind {
     Kind::Number { min, max }
 }
 
-/// Table 6.1 of the thesis for the scene's architecture.
+/// Table 6.1 of Fotoohi Ghiam 2006 for the scene's architecture.
 macro_rules! table_6_1 {
     ($distributed:literal, $centralized:literal) => {
         ByArchitecture {
@@ -45,7 +45,8 @@ const USERS: Fallback<SceneValues> =
     Kept { says: "the number of [[user]] tables, at least 2, or 1 with a soft object" };
 const NAME: Fallback<SceneValues> = Kept { says: "the file's name without its ending" };
 
-/// The paper's model has the result of the first force at the end of the period; that of all forces comes one later.
+/// Barbagli et al.'s model has the result of the first force at the end of the period; that of all forces comes one
+/// later.
 const RESULT_DELAY: Fallback<SceneValues> = Derived {
     says: "0 where local_model.returned_force is \"first\", else 1",
     of: |scene| Value::Count((scene.local_model.returned_force != ReturnedForce::First).into()),

@@ -60,8 +60,8 @@ impl Pantograph {
         workspace: Workspace { centre: DVec3::new(0.0, 0.085, 0.0), half_size: DVec3::new(0.05, 0.03, 0.0) },
     };
 
-    /// The Mk-II's proportions at three times its size. The dimensions of the thesis's device, a modified pantograph of
-    /// Quanser's (§7.1), are not published; this one has room for the thesis's paths (±0.05 m). Its bars are of
+    /// The Mk-II's proportions at three times its size. The dimensions of Fotoohi Ghiam's device, a modified pantograph
+    /// of Quanser's (§7.1), are not published; this one has room for Fotoohi Ghiam's paths (±0.05 m). Its bars are of
     /// aluminium (10 mm × 5.5 mm: 0.15 kg/m), its rotors those of small direct-drive motors; both are assumptions.
     pub const DESKTOP: Self = Self {
         proximal_m: 0.189,

@@ -12,7 +12,7 @@ use super::workspace::Workspace;
 /// θ₃ swings the forearm out from the vertical; both motors of the parallelogram sit on the turret.
 ///
 /// The frame's origin is where the haptic interface point is at θ = 0; x points to the right, y away from the user, z up
-/// (the paper's x, −z, y).
+/// (x, −z, y of Çavuşoğlu et al. 2002).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Phantom {
     /// Length of the upper arm, l₁, m.
@@ -44,7 +44,7 @@ struct Motion {
 }
 
 impl Phantom {
-    /// Links and inertias of the paper's Table 1 (measured on a version 1.5 arm), with the workspace of the PHANToM 1.0:
+    /// Links and inertias of Çavuşoğlu et al. 2002, Table 1 (measured on a version 1.5 arm), with the workspace of the PHANToM 1.0:
     /// 25 cm wide, 18 cm high, 13 cm deep.
     pub const PUBLISHED: Self = {
         let (l1, l2, l3) = (0.215, 0.170, 0.0325);

@@ -27,7 +27,7 @@ choice!(Space { "line" => Line, "plane" => Plane, "space" => Space });
 pub struct Object {
     /// m_o of every copy.
     pub mass_kg: f64,
-    /// Damping to the ground; negative values compensate the drag of the network (thesis §6.1).
+    /// Damping to the ground; negative values compensate the drag of the network (Fotoohi Ghiam 2006, §6.1).
     pub damping_n_s_per_m: f64,
     /// The same for each world axis, on top of that.
     pub axis_damping_n_s_per_m: DVec3,
@@ -82,7 +82,7 @@ pub struct Shape {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ShapeKind {
-    /// No surface: hands are coupled to the body's centre, as in the thesis's analysis.
+    /// No surface: hands are coupled to the body's centre, as in Fotoohi Ghiam's analysis.
     Point,
     /// A ball of `radius_m`.
     Ball,
@@ -160,7 +160,7 @@ impl Wall {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum WallSides {
-    /// The object is always coupled to the wall, as in the thesis's analysis: linear.
+    /// The object is always coupled to the wall, as in Fotoohi Ghiam's analysis: linear.
     Two,
     /// The wall pushes towards −x where the object is beyond it, and never pulls.
     One,

@@ -11,7 +11,7 @@ pub struct Contact {
     pub dynamic_friction: f64,
     /// v_tr: a contact that slides more slowly than this sticks.
     pub stick_speed_m_per_s: f64,
-    /// Whether the device is pushed to a stop on first contact, thesis (7.1)–(7.2).
+    /// Whether the device is pushed to a stop on first contact, Fotoohi Ghiam 2006, (7.1)–(7.2).
     pub moment_cancellation: bool,
     /// Between bodies, across the surface.
     pub body_body: SpringDamper,

@@ -42,7 +42,7 @@ pub struct DeviceSpec {
 pub enum DeviceKind {
     /// A point mass without a mechanism.
     Point,
-    /// The planar five-bar pantograph of the thesis, in the x-y plane.
+    /// The planar five-bar pantograph of Fotoohi Ghiam 2006, in the x-y plane.
     Pantograph,
     /// A three-joint arm like the PHANToM 1.0's.
     Phantom,

@@ -24,7 +24,7 @@ pub struct Session {
     pub peer_fade_s: f64,
 }
 
-/// Who computes the world (thesis §4.1).
+/// Who computes the world (Fotoohi Ghiam 2006, §4.1).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Architecture {

@@ -118,7 +118,8 @@ pub enum SoftMeshKind {
     Balloon,
     /// A bean-shaped blob of tetrahedra.
     Organ,
-    /// A small triangle across the x axis of which every node is tied to where it rests: K_o of the paper, `stiffness_n_per_m`.
+    /// A small triangle across the x axis of which every node is tied to where it rests: K_o of Barbagli et al. 2003,
+    /// `stiffness_n_per_m`.
     Spring,
 }
 
@@ -132,7 +133,8 @@ choice!(SoftMeshKind {
     "spring" => Spring
 });
 
-/// `[local_model]`: what is between a hand and the slowly simulated object, at the haptic rate (the paper, §2–4).
+/// `[local_model]`: what is between a hand and the slowly simulated object, at the haptic rate (Barbagli et al. 2003,
+/// §2–4).
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct LocalModel {
     /// The law by which the surface answers.
@@ -196,13 +198,13 @@ pub enum StiffnessFrom {
 
 choice!(StiffnessFrom { "body" => Body, "estimate" => Estimate });
 
-/// Which force of a slow period goes to the simulation (the paper, §4, Step 3).
+/// Which force of a slow period goes to the simulation (Barbagli et al. 2003, §4, Step 3).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ReturnedForce {
-    /// Of its first tick: the paper's equations.
+    /// Of its first tick: Barbagli et al.'s equations.
     First,
-    /// The mean of all ticks: the paper's algorithm, Step 3.
+    /// The mean of all ticks: Barbagli et al.'s algorithm, Step 3.
     Mean,
     /// Of its last tick.
     Last,

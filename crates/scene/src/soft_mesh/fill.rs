@@ -14,7 +14,7 @@ use super::error::SoftMeshError;
 /// Most cubes of the lattice.
 const MAX_CUBES: f64 = 400_000.0;
 /// A point of the lattice moves onto the surface when that is nearer than this part of an edge of the cubes, or of an edge to a
-/// cube's centre: the paper's values for the best shapes.
+/// cube's centre: Labelle & Shewchuk's values for the best shapes.
 const NEAR: (f64, f64) = (0.249_99, 0.411_89);
 /// Where a lattice makes a surface that touches itself, finer ones are tried.
 const FINER: [f64; 4] = [1.0, 0.93, 0.86, 0.8];

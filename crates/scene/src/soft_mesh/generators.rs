@@ -43,8 +43,8 @@ fn kuhn(corner: [u32; 3]) -> [[[u32; 3]; 4]; 6] {
     })
 }
 
-/// The paper's object: an equilateral triangle of 20 mm sides across the x axis, its centroid at `origin_m`, its outer side
-/// towards −x, every node tied to where it rests with a third of `stiffness_n_per_m`.
+/// Barbagli et al.'s object: an equilateral triangle of 20 mm sides across the x axis, its centroid at `origin_m`, its
+/// outer side towards −x, every node tied to where it rests with a third of `stiffness_n_per_m`.
 #[must_use]
 pub(crate) fn spring(stiffness_n_per_m: f64, origin_m: DVec3) -> SoftMesh {
     let (half, from_centre) = (SPRING_SIDE_M / 2.0, SPRING_SIDE_M / 12f64.sqrt());

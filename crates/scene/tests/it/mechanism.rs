@@ -147,7 +147,7 @@ fn energy_of_bars(pantograph: &Pantograph, place: DVec3, velocity: DVec3) -> f64
     energy
 }
 
-/// The bodies of Table 1 of the paper, each with its moving centre and its turning.
+/// The bodies of Table 1 of Çavuşoğlu et al. 2002, each with its moving centre and its turning.
 fn energy_of_arm(phantom: &Phantom, place: DVec3, velocity: DVec3) -> f64 {
     let (l1, l2, l3, h) = (0.215, 0.170, 0.0325, 1e-6);
     let joints = |step: f64| phantom.joints_at(place + velocity * step).unwrap();

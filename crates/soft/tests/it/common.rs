@@ -37,7 +37,7 @@ pub(crate) fn fix(scene: &mut Scene, from: [f64; 3], to: [f64; 3]) {
     });
 }
 
-/// The paper's spring: an equilateral triangle of 20 mm sides across the x axis.
+/// Barbagli et al.'s spring: an equilateral triangle of 20 mm sides across the x axis.
 pub(crate) fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene {
     let radius = 0.02 / 3.0_f64.sqrt();
     let corner = |turn: f64| {

@@ -1,4 +1,4 @@
-//! Nodes that are tied to where they rest: the paper's spring.
+//! Nodes that are tied to where they rest: Barbagli et al.'s spring.
 
 use crate::common::{central_differences, exact_step, spring_scene};
 use cotouch_soft::{MaterialPoint, PointForce, soft_body};

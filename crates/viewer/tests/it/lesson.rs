@@ -306,7 +306,7 @@ fn a_recording_of_a_soft_object_shows_how_it_gives_way() {
     let all = pictures(&body(viewer.address(), "/recordings/0/pictures?from_s=0&to_s=30"));
     let last = all.last().unwrap();
     assert_eq!((last.hosts, last.surfaces), (1, 1));
-    // A spring of 900 N/m behind one of 100 N/m that a hand presses 25 mm into: (5) of the paper.
+    // A spring of 900 N/m behind one of 100 N/m that a hand presses 25 mm into: (5) of Barbagli et al. 2003.
     assert!((1e-3..5e-3).contains(&furthest_m(last)), "{} m", furthest_m(last));
     let early = all.iter().filter(|seen| seen.time_s < 0.5 && seen.surfaces == 1);
     assert!(early.map(furthest_m).all(|way_m| way_m < 1e-6));

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-/// The point of the triangle `corners` nearest to `point` (Ericson, Real-Time Collision Detection, 5.1.5).
+/// The point of the triangle `corners` nearest to `point` (Ericson 2005, 5.1.5).
 ///
 /// A triangle without area is treated as its three edges.
 #[inline]
