@@ -5,10 +5,10 @@ use cotouch_scene::soft_mesh::{Cells, SoftMesh, TetrahedraFormat};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let Some((&first, bytes)) = bytes.split_first() else { return };
-    let format = [TetrahedraFormat::Msh, TetrahedraFormat::Vtk, TetrahedraFormat::Vtu][usize::from(first % 3)];
-    let Ok(cells) = Cells::parse(format, bytes) else { return };
-    if let Ok(mesh) = SoftMesh::from_tetrahedra(cells.nodes_m, cells.tetrahedra) {
-        assert!(mesh.volume_m3() > 0.0 && !mesh.triangles.is_empty());
+    for format in [TetrahedraFormat::Msh, TetrahedraFormat::Vtk, TetrahedraFormat::Vtu] {
+        let Ok(cells) = Cells::parse(format, bytes) else { continue };
+        if let Ok(mesh) = SoftMesh::from_tetrahedra(cells.nodes_m, cells.tetrahedra) {
+            assert!(mesh.volume_m3() > 0.0 && !mesh.triangles.is_empty());
+        }
     }
 });

@@ -198,6 +198,7 @@ impl<D: Device> Station<D> {
     }
 
     /// The same station, not recorded: what it does leaves the original alone.
+    #[cfg(feature = "testing")]
     #[must_use]
     pub fn fork(&self) -> Self
     where

@@ -5,8 +5,18 @@ use cotouch_scene::scene::{
     Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, PlayOut,
     RotationalSpringDamper, Scene, SceneValues, ShapeKind, Space, SpringDamper, User, WallSides, Way,
 };
+use cotouch_scene::{Override, load};
 use glam::DVec3;
 use proptest::prelude::*;
+
+/// A built-in scene with overrides (`key=value`).
+///
+/// # Panics
+/// When there is no such scene, or an override is wrong.
+pub fn built_in(name: &str, overrides: &[&str]) -> Scene {
+    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().expect("an override")).collect();
+    load(name, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+}
 
 /// A spring (N/m) beside a damper (N·s/m).
 pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
@@ -24,7 +34,7 @@ pub fn table_6_1(architecture: Architecture) -> Scene {
         Architecture::Centralized => "single-axis-centralized",
         Architecture::Distributed => "single-axis",
     };
-    edited(&cotouch_scene::load(name, &[]).unwrap(), |scene| {
+    edited(&load(name, &[]).unwrap(), |scene| {
         scene.link.delay_periods = 0;
         scene.wall.sides = WallSides::Two;
         scene.users = users(2);

@@ -19,7 +19,7 @@ use crate::sweep::{Sweep, SweepError};
 /// Changed scenes are looked at on a grid of so many points a direction.
 const LOOKS: usize = 12;
 /// So many changes are told of.
-const MOST_CHANGES: usize = 3;
+const MAX_CHANGES: usize = 3;
 /// What grows by less than this a pattern is not said to grow.
 const GROWTH: f64 = 1e-4;
 
@@ -118,7 +118,7 @@ impl Map<'_> {
             .filter(|(share, _)| *share > 0.0)
             .collect();
         helpful.sort_by(|a, b| b.0.total_cmp(&a.0));
-        helpful.truncate(MOST_CHANGES);
+        helpful.truncate(MAX_CHANGES);
         let told: Vec<String> = helpful
             .iter()
             .map(|(share, name)| format!("{:.0} % with {name}", (100.0 * share).max(1.0)))

@@ -7,13 +7,13 @@ use super::{RateMargin, is_stable};
 use crate::sweep::SweepError;
 
 /// Network periods of more ticks are not tried.
-const MOST_TICKS: u64 = 256;
+const MAX_TICKS: u64 = 256;
 
 pub(super) fn margins(scene: &Scene, notes: &mut Vec<String>) -> Result<Vec<RateMargin>, SweepError> {
     let (control, network) = (scene.rates.control_hz, scene.rates.network_hz);
     let schedule = scene.schedule();
     let (ticks, steps) = (schedule.ticks_per_pattern(), schedule.steps_per_pattern());
-    let slower_network = (ticks / steps + 1..=MOST_TICKS).map(|n| {
+    let slower_network = (ticks / steps + 1..=MAX_TICKS).map(|n| {
         let network_hz = Rate::new(control.numerator(), control.denominator() * n).ok()?;
         scene.edit(|slower| slower.rates.network_hz = network_hz).ok()
     });

@@ -5,7 +5,7 @@ use cotouch_soft::ReducedBody;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::local_laws::{Gains, law};
+use super::local_laws::HostLaw;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
@@ -48,6 +48,21 @@ fn still() -> Body {
     hand(0, LINE, plant)
 }
 
+/// Of which only rates and the local model count.
+fn scene(
+    [control, network, slow]: [&str; 3],
+    kind: LocalModelKind,
+    [kh, int]: [f64; 2],
+) -> cotouch_scene::Scene {
+    cotouch_scene::load("spring", &[]).unwrap().edit_unchecked(|scene| {
+        let rates = &mut scene.rates;
+        (rates.control_hz, rates.network_hz) = (control.parse().unwrap(), network.parse().unwrap());
+        rates.simulation_hz = slow.parse().unwrap();
+        scene.local_model.kind = kind;
+        (scene.local_model.stiffness_n_per_m, scene.local_model.integral_n_per_m) = (kh, int);
+    })
+}
+
 fn finger(host: u8) -> Finger {
     Finger { user: HostIndex(host), finger: 0 }
 }
@@ -71,8 +86,7 @@ fn one_finger_after(
     (returned_force, hold): (ReturnedForce, SurfaceHold),
 ) -> LoopSpec {
     let compliance = DMatrix::from_diagonal_element(3, 3, KO.recip());
-    let gains =
-        Gains { kh_n_per_m: &[kh], int_n_per_m: &[int], normals: &[DVec3::NEG_X], compliance: &compliance };
+    let scene = scene(["1000", "1000", "50"], kind, [kh, int]);
     let mut spec = LoopSpec::new(schedule("1000", "1000"));
     spec.body(hand);
     touched_body(Touched {
@@ -84,7 +98,7 @@ fn one_finger_after(
         hold,
         result_delay_periods,
         body: &SlowBody::quasi_static(compliance.clone()),
-        law: law(kind, &gains),
+        law: HostLaw::new(&scene, &[KO], &[DVec3::NEG_X], &compliance),
         idle_axes: [false, true, true],
         spec,
     })
@@ -288,12 +302,10 @@ fn two_hosts(
         body.shown = None;
     }
     let normal = DVec3::new(0.6, 0.0, 0.8);
-    let gains = Gains {
-        kh_n_per_m: &[80.0, 60.0],
-        int_n_per_m: &[20.0, 15.0],
-        normals: &[normal, normal],
-        compliance: &DMatrix::from_diagonal_element(6, 6, 3e-3),
-    };
+    // Gains are shares of K_o here, so that the two contacts differ.
+    let scene = scene([control, network, slow], kind, [0.0, 0.0]).edit_unchecked(|scene| {
+        (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
+    });
     touched_body(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
@@ -303,7 +315,12 @@ fn two_hosts(
         hold,
         result_delay_periods: 1,
         body: &body,
-        law: law(kind, &gains),
+        law: HostLaw::new(
+            &scene,
+            &[80.0, 60.0],
+            &[normal, normal],
+            &DMatrix::from_diagonal_element(6, 6, 3e-3),
+        ),
         idle_axes: [false; 3],
         spec,
     })

@@ -5,7 +5,7 @@ use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Schedule;
 use nalgebra::DMatrix;
 
-use super::local_laws::LocalLaw;
+use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
 use crate::linear::Linear;
 use crate::loop_spec::{
@@ -35,7 +35,7 @@ pub(super) struct Touched<'a> {
     pub(super) result_delay_periods: u32,
     /// Seen from the fingers that touch.
     pub(super) body: &'a SlowBody,
-    pub(super) law: LocalLaw,
+    pub(super) law: HostLaw,
     /// Axes of the world along which nothing acts.
     pub(super) idle_axes: [bool; 3],
     /// The fingers, and what else acts on them.
@@ -84,7 +84,7 @@ impl Session<'_> {
         };
         for host in self.of.hosts.clone() {
             let fingers = (0..self.of.touching.len()).map(|contact| self.finger(host, contact)).collect();
-            let integral = place(self.of.law.integral.is_some());
+            let integral = place(self.of.law.state.is_some());
             let held = place(self.of.law.held);
             let (body, stepped) = (place(true), place(self.reads_stepped_forces()));
             self.worlds.push(World { host, fingers, integral, held, body, stepped });
@@ -144,7 +144,7 @@ impl Session<'_> {
 
     /// Adds row `row` of the forces on the fingers that touch, three rows a contact, `scale` times.
     fn add_force(&self, to: &mut Coupling, component: usize, world: &World, row: usize, scale: f64) {
-        if self.of.law.integral.is_some() {
+        if self.of.law.state.is_some() {
             let motion = Motion::Output(world.integral);
             to.terms.push(Term { component, motion, number: row, gain: scale });
         }
@@ -190,17 +190,12 @@ impl Session<'_> {
         let (host, rows) = (world.host, 3 * self.of.touching.len());
         let slots: Vec<u8> = self.of.touching.iter().map(|&(slot, _)| slot as u8).collect();
         let later = |body: bool| Delay::periods(u32::from(body) + self.of.result_delay_periods);
-        if let Some(integral) = self.of.law.integral.clone() {
+        if let Some((law, weights)) = self.of.law.state.clone() {
             let mut error = Coupling::new(rows);
             (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
             let states = slots.iter().map(|&slot| Coordinate::Integral { host, slot }).collect();
-            let weights = share_of_period(&slow);
             let ticks = every_tick(&slow);
-            self.of.spec.block(Block {
-                states,
-                weights,
-                ..Block::sampled(ticks, error, integral, Delay::NONE)
-            });
+            self.of.spec.block(Block { states, weights, ..Block::sampled(ticks, error, law, Delay::NONE) });
         }
         if self.of.law.held {
             let mut error = Coupling::new(rows);
@@ -250,32 +245,12 @@ fn every_tick(slow: &Schedule) -> Schedule {
     Schedule::new(slow.control(), slow.control()).unwrap_or(*slow)
 }
 
-/// N, of each period of the pattern.
-fn ticks_of_periods(slow: &Schedule) -> impl Iterator<Item = usize> {
-    let start = |period: u64| slow.tick_of_step(period);
-    (0..slow.steps_per_pattern()).map(move |period| (start(period + 1) - start(period)) as usize)
-}
-
-/// 1/N at each tick.
-fn share_of_period(slow: &Schedule) -> Vec<Vec<f64>> {
-    let shares = ticks_of_periods(slow).flat_map(|ticks| vec![vec![(ticks as f64).recip()]; ticks]);
-    without_repetition(shares.collect())
-}
-
 /// The weights of a period's forces in what goes to the simulation.
 fn returned_force(slow: &Schedule, returned: ReturnedForce) -> Vec<Vec<f64>> {
-    let weights = |ticks: usize| match returned {
+    let weights = |ticks: u64| match returned {
         ReturnedForce::First => vec![1.0],
-        ReturnedForce::Mean => vec![(ticks as f64).recip(); ticks],
+        ReturnedForce::Mean => vec![(ticks as f64).recip(); ticks as usize],
         ReturnedForce::Last => (1..=ticks).map(|tick| if tick == ticks { 1.0 } else { 0.0 }).collect(),
     };
     without_repetition(ticks_of_periods(slow).map(weights).collect())
-}
-
-/// One element where all are alike.
-fn without_repetition(mut weights: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    if weights.iter().all(|other| *other == weights[0]) {
-        weights.truncate(1);
-    }
-    weights
 }

@@ -5,15 +5,14 @@ use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 
 const CLIENT: HostIndex = HostIndex(1);
 
 fn grasp(overrides: &[&str]) -> Scene {
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load("grasp", &overrides).unwrap()
+    built_in("grasp", overrides)
 }
 
 /// The fingers of a user, each pressed so deep into the side of the box that it is at.

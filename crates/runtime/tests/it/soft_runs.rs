@@ -14,19 +14,13 @@ use cotouch_runtime::virtual_run;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
-use cotouch_testkit::scenes::edited;
+use cotouch_testkit::scenes::{built_in, edited};
 
 /// A small block, so that a test is quick.
 const SMALL: [&str; 1] = ["soft.mesh.cells=[4, 2, 2]"];
 
-fn soft_scene(name: &str, settings: &[&str]) -> Scene {
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    load(name, &overrides).unwrap()
-}
-
 fn block(settings: &[&str]) -> Scene {
-    soft_scene("soft-block", &[&SMALL, settings].concat())
+    built_in("soft-block", &[&SMALL, settings].concat())
 }
 
 fn run(scene: &Scene, seconds: f64, recording: Option<&Path>) -> Summary {
@@ -60,7 +54,7 @@ fn surfaces(recording: &Recording, host: u8) -> Vec<(u64, &SurfaceRecord)> {
 fn one_user_presses_a_spring_and_the_spring_gives_way() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("spring.mcap");
-    let scene = soft_scene("spring", &[]);
+    let scene = built_in("spring", &[]);
     assert_eq!(scene.session.users, 1);
     let summary = run(&scene, 3.0, Some(&path));
     assert!(summary.stable, "{:?}", summary.instability);

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use cotouch_scene::scene::{FixedRegion, Scene, SoftModel};
 use cotouch_scene::soft_mesh::SoftMesh;
 use cotouch_soft::{LinearBody, MaterialPoint, PointForce, SoftBody, SoftState};
+use cotouch_testkit::Random;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
@@ -224,12 +225,8 @@ pub(crate) fn at_node(node: usize) -> MaterialPoint {
 
 /// The state with every node moved and set moving at random, the same for the same seed.
 pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
-    let mut number = seed;
-    let mut random = move || {
-        number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    let mut vector = move || DVec3::new(random(), random(), random());
+    let mut random = Random::new(seed);
+    let mut vector = move || 2.0 * DVec3::from_array([(); 3].map(|()| random.unit())) - 1.0;
     let mut state = body.state().clone();
     state.positions_m.iter_mut().for_each(|position| *position += far_m * vector());
     state.velocities_m_per_s.iter_mut().for_each(|velocity| *velocity = fast_m_per_s * vector());

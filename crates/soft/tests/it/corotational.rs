@@ -3,6 +3,7 @@
 use crate::common::{block, central_differences, exact_step, fix, scene};
 use cotouch_scene::scene::{Scene, SoftModel};
 use cotouch_soft::{Corotational, MaterialPoint, PointForce, SoftBody, SoftError, SoftState};
+use cotouch_testkit::Random;
 use glam::{DMat3, DVec3};
 use nalgebra::DMatrix;
 
@@ -35,11 +36,8 @@ fn placed(body: &Corotational, map: impl Fn(DVec3) -> DVec3) -> SoftState {
 }
 
 fn numbers(seed: u64) -> impl FnMut() -> f64 {
-    let mut state = seed | 1;
-    move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    }
+    let mut random = Random::new(seed | 1);
+    move || random.unit() - 0.5
 }
 
 #[test]
