@@ -6,7 +6,7 @@ use cotouch_scene::names::Coordinate;
 
 use crate::discretise::per_inertia;
 use crate::loop_spec::{
-    Block, Body, Coupling, Dynamics, Estimate, Force, Hold, LineId, LoopSpec, Motion, Plant, Signal,
+    Block, Body, Coupling, Dynamics, Estimate, Force, Hold, Line, LineId, LoopSpec, Motion, Plant, Signal,
     tick_of_step,
 };
 use crate::order::direct_blocks;
@@ -25,8 +25,13 @@ pub enum SpecError {
         count: usize,
     },
     /// A line of the wrong kind.
-    #[error("line {0} carries {1}, and is used as {2}")]
-    WrongSignal(usize, &'static str, &'static str),
+    #[error("line {0} carries a motion, and is used as a force")]
+    WrongSignal(usize),
+    /// A force that is read at the instant at which it is sampled.
+    #[error(
+        "line {0} carries a force that a block or another line reads at the instant of sampling; it needs a delay"
+    )]
+    FreshForce(usize),
     /// Matrices that do not fit each other.
     #[error(
         "{body} has {axes} degrees of freedom: its plant needs A n×n, B n×{axes} and C {}×n, n at least 1, and the body {states} states; found A {}×{}, B {}×{}, C {}×{} and {names} names",
@@ -92,6 +97,7 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
                 // Along x, y, z.
                 check_components(coupling.components, coupling.components.clamp(1, 3))?;
                 check_coupling(spec, coupling, || format!("the force of line {index}"))?;
+                check_no_fresh_force(spec, coupling)?;
             }
         }
     }
@@ -103,7 +109,7 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
                 coupling.components
             }
             &Force::Held(line) => {
-                check_line(spec, line, false)?;
+                check_force_line(spec, line)?;
                 spec.lines[line.0].signal.force().map_or(0, |coupling| coupling.components)
             }
         };
@@ -112,6 +118,7 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
     for (index, block) in spec.blocks.iter().enumerate() {
         check_block(spec, block).map_err(|problem| SpecError::Block { block: index, problem })?;
         check_coupling(spec, &block.input, || format!("the input of block {index}"))?;
+        check_no_fresh_force(spec, &block.input)?;
     }
     direct_blocks(spec).map_err(|circle| SpecError::Circle(circle.iter().map(|block| block.0).collect()))?;
     check_names(spec)
@@ -243,7 +250,7 @@ fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> Strin
         match term.motion {
             Motion::Ground => {}
             Motion::Current(body) => check_index("body", body.0, spec.bodies.len())?,
-            Motion::Held(line) => check_line(spec, line, true)?,
+            Motion::Held(line) => check_index("line", line.0, spec.lines.len())?,
             Motion::Output(block) => check_index("block", block.0, spec.blocks.len())?,
         }
         if term.motion != Motion::Ground {
@@ -253,14 +260,25 @@ fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> Strin
     Ok(())
 }
 
-fn check_line(spec: &LoopSpec, line: LineId, used_as_motion: bool) -> Result<(), SpecError> {
+/// Forces are sampled after blocks have read the samples that are held: none of these may be a force of the same instant.
+fn check_no_fresh_force(spec: &LoopSpec, coupling: &Coupling) -> Result<(), SpecError> {
+    let fresh = coupling.terms.iter().find_map(|term| match term.motion {
+        Motion::Held(LineId(line)) => {
+            let Line { signal, delay, .. } = &spec.lines[line];
+            (signal.body().is_none() && delay.is_at_once()).then_some(line)
+        }
+        Motion::Ground | Motion::Current(_) | Motion::Output(_) => None,
+    });
+    fresh.map_or(Ok(()), |line| Err(SpecError::FreshForce(line)))
+}
+
+/// A line whose sample is used as a force.
+fn check_force_line(spec: &LoopSpec, line: LineId) -> Result<(), SpecError> {
     check_index("line", line.0, spec.lines.len())?;
-    let carries_motion = spec.lines[line.0].signal.body().is_some();
-    if carries_motion == used_as_motion {
-        return Ok(());
+    match spec.lines[line.0].signal.body() {
+        None => Ok(()),
+        Some(_) => Err(SpecError::WrongSignal(line.0)),
     }
-    let kind = |motion| if motion { "a motion" } else { "a force" };
-    Err(SpecError::WrongSignal(line.0, kind(carries_motion), kind(used_as_motion)))
 }
 
 fn check_index(what: &'static str, index: usize, count: usize) -> Result<(), SpecError> {

@@ -1,5 +1,6 @@
 //! From a scene to the sampled-data loops of its contact modes.
 
+mod channel;
 mod modes;
 mod session;
 

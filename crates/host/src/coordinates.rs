@@ -51,6 +51,16 @@ impl HostState {
                     visit_packet(packet, model, part, quantity, act);
                 }
             }
+            Coordinate::Memory { host, from, object, quantity, vector } if host == model.host => {
+                let (Quantity::Position(axis) | Quantity::Rotation(axis)) = quantity else { return };
+                let turns = matches!(quantity, Quantity::Rotation(_));
+                let copies = model.copies.as_ref();
+                let place =
+                    copies.and_then(|copies| copies.memory_place(&model.bodies, object, turns, vector));
+                if let Some((place, peer)) = place.zip(self.peers.get_mut(from.index())) {
+                    act(&mut peer.memory[place][axis.index()]);
+                }
+            }
             _ => {}
         }
     }
@@ -75,6 +85,13 @@ pub fn visit_packet(
             (Part::Force(index), Entry::Force { point, wrench }) if index == *point => {
                 if let Quantity::Force(axis) = quantity {
                     act(&mut wrench.force[axis.index()]);
+                }
+            }
+            (Part::Channel(index), Entry::Channel { to, object, vectors }) if *to == model.host => {
+                let first = usize::from(*object) * vectors.len();
+                let vector = usize::from(index).checked_sub(first).and_then(|vector| vectors.get_mut(vector));
+                if let (Some(vector), Quantity::Force(axis)) = (vector, quantity) {
+                    act(&mut vector[axis.index()]);
                 }
             }
             _ => {}

@@ -80,6 +80,16 @@ impl CopyCoupling {
         self.memory_per_body * bodies.moving().len()
     }
 
+    /// Where a vector of the channel for translation or rotation of a body lies in what is remembered of a peer.
+    pub(crate) fn memory_place(&self, bodies: &Bodies, object: u8, turns: bool, vector: u8) -> Option<usize> {
+        let body = bodies.moving().iter().position(|&moving| moving == usize::from(object))?;
+        let channel =
+            self.channels.iter().find(|channel| (channel.kind == ChannelKind::Rotation) == turns)?;
+        let vector = usize::from(vector);
+        let is_there = vector < channel.size.tick_memory + channel.size.step_memory;
+        is_there.then(|| body * self.memory_per_body + channel.first + vector)
+    }
+
     /// One network step of every channel to a peer that is there: what that is told goes into the packet.
     pub(crate) fn sample(
         &self,

@@ -51,6 +51,9 @@ pub enum Part {
     Force(u8),
     /// What a device remembers to tell the velocity of a finger. Shown as `sensor`, `sensor2`, …
     Sensor(u8),
+    /// A vector that a coordination scheme adds to samples: 2·[`MAX_CHANNEL_VECTORS`](crate::limits::MAX_CHANNEL_VECTORS) for each body, those for translation
+    /// before those for rotation; its components are called forces. Shown as `channel`, `channel2`, …
+    Channel(u8),
 }
 
 impl Part {
@@ -155,6 +158,20 @@ pub enum Coordinate {
         /// Network steps since it was sampled.
         age: u32,
     },
+    /// What a coordination scheme remembers of the copies of a body at `host` and at `from`, along (or, as a rotation,
+    /// about) one axis.
+    Memory {
+        /// The host that remembers.
+        host: HostIndex,
+        /// The peer with the other copy.
+        from: HostIndex,
+        /// The body's place in the scene's order, from 0.
+        object: u8,
+        /// A position of the channel for translation, a rotation of that for rotation.
+        quantity: Quantity,
+        /// Which vector, from 0: those of ticks before those of network steps.
+        vector: u8,
+    },
     /// The integral's force of a finger slot at a host, N along the contact's normal.
     Integral {
         /// Whose local model.
@@ -200,7 +217,7 @@ impl Coordinate {
     pub const fn earlier(mut self, by: u32) -> Self {
         match &mut self {
             Self::Held { age, .. } | Self::Surface { age, .. } | Self::SteppedForce { age, .. } => *age += by,
-            Self::Own { .. } | Self::Integral { .. } | Self::SoftBody { .. } => {}
+            Self::Own { .. } | Self::Memory { .. } | Self::Integral { .. } | Self::SoftBody { .. } => {}
         }
         self
     }
@@ -213,6 +230,7 @@ impl fmt::Display for Part {
             Self::Object(index) => ("object", index),
             Self::Force(index) => ("force", index),
             Self::Sensor(index) => ("sensor", index),
+            Self::Channel(index) => ("channel", index),
         };
         match index {
             0 => formatter.write_str(name),
@@ -234,6 +252,10 @@ impl fmt::Display for Coordinate {
             Self::Own { host, part, quantity } => write!(formatter, "{host}.{part}.{quantity}"),
             Self::Held { host, from, part, quantity, age } => {
                 write!(formatter, "{host}.held.{from}.{part}.{quantity}.age{age}")
+            }
+            Self::Memory { host, from, object, quantity, vector } => {
+                let (object, vector) = (Part::Object(*object), u32::from(*vector) + 1);
+                write!(formatter, "{host}.memory{vector}.{from}.{object}.{quantity}")
             }
             Self::Integral { host, slot } => write!(formatter, "{host}.integral{}", u32::from(*slot) + 1),
             Self::SoftBody { host, index } => write!(formatter, "{host}.soft{}", index + 1),
@@ -279,6 +301,7 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
             "object" => Some(Part::Object(index)),
             "force" => Some(Part::Force(index)),
             "sensor" => Some(Part::Sensor(index)),
+            "channel" => Some(Part::Channel(index)),
             _ => None,
         }
     };
@@ -301,6 +324,16 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
                 None => Some(Coordinate::SteppedForce { host, slot: slot(s, "stepped")?, axis, age }),
             }
         }
+        [h, m, f, p, q] => match part(p)? {
+            Part::Object(object) => Some(Coordinate::Memory {
+                host: host(h)?,
+                from: host(f)?,
+                object,
+                quantity: quantity(q)?,
+                vector: slot(m, "memory")?,
+            }),
+            _ => None,
+        },
         [h, "held", f, p, q, a] => Some(Coordinate::Held {
             host: host(h)?,
             from: host(f)?,
@@ -326,6 +359,8 @@ mod tests {
             "host2.object3.wz",
             "host1.held.host2.hand2.vy.age3",
             "host1.sensor2.y",
+            "host1.held.host2.channel3.f.age1",
+            "host1.memory2.host3.object2.rx",
             "host2.integral3",
             "host1.soft12",
             "host1.surface2.y.age1",

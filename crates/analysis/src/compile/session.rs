@@ -1,15 +1,17 @@
 //! A session about an operating point, as a loop.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{
     Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
 };
-use cotouch_world::coordination::{self, TickInput};
+use cotouch_world::coordination::{self, Scheme, SchemeSize, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
+use super::channel::ChannelEnd;
 use super::endpoint_mass;
 use crate::contact::{ChannelGains, Gains, Geometry, Linear, couple_copies, damp};
 use crate::dof::motion_quantities;
@@ -74,6 +76,9 @@ impl<'a> Session<'a> {
             if scene.session.architecture == Architecture::Distributed {
                 session.add_couplers(host);
             }
+        }
+        if scene.session.architecture == Architecture::Distributed {
+            session.add_channel_blocks();
         }
         session
     }
@@ -261,30 +266,77 @@ impl<'a> Session<'a> {
 
     /// What keeps the copies at `host` together with all others: the coordination scheme.
     fn add_couplers(&mut self, host: HostIndex) {
-        let channels = gains_of_channels(self.scene);
+        let schemes = schemes(self.scene);
+        let weight = schemes[0].weight(f64::from(self.scene.session.users) - 1.0);
+        let direct = schemes.each_ref().map(|scheme| direct_gains(&**scheme, weight));
         for from in host.others(self.scene.session.users) {
             for body in 0..self.bodies.len() {
-                let copies = (self.copies[host.index()][body], self.copies[from.index()][body]);
-                let (Some(near), Some(far)) = copies else { continue };
-                let line = self.held(host, from, Part::Object(body as u8), far);
-                let axes = self.spec.bodies[near.0].axes;
-                let orientation = |host: HostIndex| self.point.poses[host.index()][body].orientation;
-                let start = DQuat::from_scaled_axis(self.bodies[body].rotation_rad);
-                let turned = (
-                    orientation(from) * orientation(host).conjugate(),
-                    orientation(host) * start.conjugate(),
-                );
-                let mut force = Coupling::new(axes.len());
+                let Some(end) = self.channel_end(host, from, body) else { continue };
+                let mut force = Coupling::new(end.axes.len());
                 couple_copies(
                     &mut force,
-                    (Motion::Current(near), axes),
-                    Motion::Held(line),
-                    channels,
-                    turned,
+                    (Motion::Current(end.near), end.axes),
+                    Motion::Held(end.far),
+                    direct,
+                    end.turned,
                 );
-                self.act(near, force);
+                self.act(end.near, force);
             }
         }
+    }
+
+    /// The end at `host` of the channels to the copy of a body that `from` has; none where one of the two has no copy.
+    fn channel_end(&mut self, host: HostIndex, from: HostIndex, body: usize) -> Option<ChannelEnd> {
+        let (near, copy) = (self.copies[host.index()][body]?, self.copies[from.index()][body]?);
+        let object = body as u8;
+        let far = self.held(host, from, Part::Object(object), copy);
+        let orientation = |host: HostIndex| self.point.poses[host.index()][body].orientation;
+        let start = DQuat::from_scaled_axis(self.bodies[body].rotation_rad);
+        let turned =
+            (orientation(from) * orientation(host).conjugate(), orientation(host) * start.conjugate());
+        let axes = self.spec.bodies[near.0].axes;
+        Some(ChannelEnd { host, from, object, turns: false, near, far, axes, turned })
+    }
+
+    /// The channels of a scheme that remembers or sends, as blocks: first at every end, then what they send each other.
+    fn add_channel_blocks(&mut self) {
+        for (turns, scheme) in [false, true].into_iter().zip(schemes(self.scene)) {
+            if scheme.size() == SchemeSize::default() {
+                continue;
+            }
+            let weight = scheme.weight(f64::from(self.scene.session.users) - 1.0);
+            let mut blocks = BTreeMap::new();
+            for (host, from, body) in self.ends() {
+                let Some(end) = self.channel_end(host, from, body).map(|end| ChannelEnd { turns, ..end })
+                else {
+                    continue;
+                };
+                let ticks = self.spec.block(end.tick_block(&*scheme, &self.spec));
+                let steps = self.spec.block(end.step_block(&*scheme, &self.spec, ticks));
+                self.act(end.near, end.force(ticks, weight));
+                blocks.insert((host, from, body), (end, ticks, steps));
+            }
+            for (&(host, from, body), (end, ticks, _)) in &blocks {
+                let (peer, _, steps) = &blocks[&(from, host, body)];
+                for vector in 0..scheme.size().sent {
+                    let line = self.spec.line(Line {
+                        host,
+                        from,
+                        part: end.part(vector),
+                        signal: Signal::Force(peer.sent(*steps, vector)),
+                        delay: delay(self.scene, from, host),
+                    });
+                    end.receive(&mut self.spec.blocks[ticks.0].input, vector, line);
+                }
+            }
+        }
+    }
+
+    /// Every host, every other one, and every body.
+    fn ends(&self) -> Vec<(HostIndex, HostIndex, usize)> {
+        let users = self.scene.session.users;
+        let pairs = HostIndex::all(users).flat_map(|host| host.others(users).map(move |from| (host, from)));
+        pairs.flat_map(|(host, from)| (0..self.bodies.len()).map(move |body| (host, from, body))).collect()
     }
 
     /// The line on which `host` gets the samples of a body of `from`.
@@ -297,18 +349,22 @@ impl<'a> Session<'a> {
     }
 }
 
-/// What the scheme's channels for translation and for rotation add to the wrench on an own copy, for each other one.
-fn gains_of_channels(scene: &SceneValues) -> [ChannelGains; 2] {
-    coordination::gains(&scene.coupling).map(|gains| {
-        let scheme = coordination::scheme(scene, gains);
-        let weight = scheme.weight(f64::from(scene.session.users) - 1.0);
-        let force = scheme.tick_block().d;
-        let gain = |input: TickInput| force[(0, input as usize)] * weight;
-        ChannelGains {
-            apart: [gain(TickInput::ApartPosition), gain(TickInput::ApartVelocity)],
-            own: [gain(TickInput::OwnPosition), gain(TickInput::OwnVelocity)],
-        }
-    })
+/// The scheme's channels for translation and for rotation.
+fn schemes(scene: &SceneValues) -> [Arc<dyn Scheme>; 2] {
+    coordination::gains(&scene.coupling).map(|gains| coordination::scheme(scene, gains))
+}
+
+/// What a channel adds to the wrench on an own copy where it neither remembers nor sends; else its blocks do.
+fn direct_gains(scheme: &dyn Scheme, weight: f64) -> ChannelGains {
+    if scheme.size() != SchemeSize::default() {
+        return ChannelGains::default();
+    }
+    let force = scheme.tick_block().d;
+    let gain = |input: TickInput| force[(0, input as usize)] * weight;
+    ChannelGains {
+        apart: [gain(TickInput::ApartPosition), gain(TickInput::ApartVelocity)],
+        own: [gain(TickInput::OwnPosition), gain(TickInput::OwnVelocity)],
+    }
 }
 
 fn names(host: HostIndex, part: Part, axes: &'static [Dof]) -> Vec<Coordinate> {

@@ -136,7 +136,9 @@ pub(crate) fn visit(
         Coordinate::Own { host, part: part @ (Part::Hand(_) | Part::Sensor(_)), quantity } => {
             visit_device(session, host, part, quantity, act)
         }
-        Coordinate::Own { host, .. } => visit_host(session, host, coordinate, tick, act),
+        Coordinate::Own { host, .. } | Coordinate::Memory { host, .. } => {
+            visit_host(session, host, coordinate, tick, act)
+        }
         Coordinate::Held { host, .. } => {
             // A sample may wait at the host and, duplicated, be on its way as well; it is the same sample.
             let at_host = visit_host(session, host, coordinate, tick, act);

@@ -102,6 +102,12 @@ pub enum TickInput {
     OwnVelocity,
 }
 
+impl TickInput {
+    /// All four, in order.
+    pub const ALL: [Self; 4] =
+        [Self::ApartPosition, Self::ApartVelocity, Self::OwnPosition, Self::OwnVelocity];
+}
+
 /// The inputs of [`Scheme::step_block`]: in this order, then a number for every vector of tick memory.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StepInput {
