@@ -162,6 +162,15 @@ pub enum Coordinate {
         /// Counted over all users' fingers.
         slot: u8,
     },
+    /// What a law remembers of a finger slot at a host, besides an integral's force.
+    Memory {
+        /// Whose local model.
+        host: HostIndex,
+        /// Counted over all users' fingers.
+        slot: u8,
+        /// Which number, from 0.
+        number: u8,
+    },
     /// A number of a host's soft body after its last step: displacements, then velocities of its free coordinates (or of
     /// what these were reduced to).
     SoftBody {
@@ -200,7 +209,7 @@ impl Coordinate {
     pub const fn earlier(mut self, by: u32) -> Self {
         match &mut self {
             Self::Held { age, .. } | Self::Surface { age, .. } | Self::SteppedForce { age, .. } => *age += by,
-            Self::Own { .. } | Self::Integral { .. } | Self::SoftBody { .. } => {}
+            Self::Own { .. } | Self::Integral { .. } | Self::Memory { .. } | Self::SoftBody { .. } => {}
         }
         self
     }
@@ -236,6 +245,9 @@ impl fmt::Display for Coordinate {
                 write!(formatter, "{host}.held.{from}.{part}.{quantity}.age{age}")
             }
             Self::Integral { host, slot } => write!(formatter, "{host}.integral{}", u32::from(*slot) + 1),
+            Self::Memory { host, slot, number } => {
+                write!(formatter, "{host}.memory{}.{}", u32::from(*slot) + 1, u32::from(*number) + 1)
+            }
             Self::SoftBody { host, index } => write!(formatter, "{host}.soft{}", index + 1),
             Self::Surface { host, slot, axis, age } => {
                 let (number, axis) = (u32::from(*slot) + 1, Quantity::Position(*axis));
@@ -293,6 +305,11 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
             Some(Coordinate::Integral { host: host(h)?, slot: slot(s, "integral")? })
         }
         [h, s] => Some(Coordinate::SoftBody { host: host(h)?, index: counted(s, "soft")? }),
+        [h, s, n] if s.starts_with("memory") => Some(Coordinate::Memory {
+            host: host(h)?,
+            slot: slot(s, "memory")?,
+            number: counted(n, "")?.try_into().ok()?,
+        }),
         [h, p, q] => Some(Coordinate::Own { host: host(h)?, part: part(p)?, quantity: quantity(q)? }),
         [h, s, x, a] => {
             let (host, axis, age) = (host(h)?, axis(x)?, age(a)?);

@@ -3,10 +3,11 @@
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, WallSides};
-use nalgebra::DMatrix;
+use cotouch_soft::contact_stiffnesses;
+use cotouch_world::local::{LocalGains, SoftContactModel, StickingContacts};
 
 use super::error::SoftAnalysisError;
-use super::local_laws::{Gains, law};
+use super::local_laws::LawBlocks;
 use super::prepared::{Bodies, Prepared};
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
@@ -86,20 +87,17 @@ fn touched(
     without_idle: bool,
 ) -> Result<LoopSpec, SoftAnalysisError> {
     let compliance = prepared.compliance(set);
-    let stiffnesses = stiffnesses(&compliance)?;
+    let stiffnesses = contact_stiffnesses(&compliance).ok_or(SoftAnalysisError::Rigid)?;
     let local = &scene.local_model;
-    let or_ratio = |gain: f64, ratio: f64| -> Vec<f64> {
-        stiffnesses.iter().map(|ko_n_per_m| if gain > 0.0 { gain } else { ratio * ko_n_per_m }).collect()
+    let gains: Vec<LocalGains> =
+        stiffnesses.iter().map(|&ko_n_per_m| LocalGains::new(local, ko_n_per_m, 1)).collect();
+    let contacts = StickingContacts {
+        model: &SoftContactModel::new(scene),
+        gains: &gains,
+        normals: &set.iter().map(|&slot| prepared.anchors[slot].normal).collect::<Vec<_>>(),
+        compliance: Some(&compliance),
     };
-    let law = law(
-        local.kind,
-        &Gains {
-            kh_n_per_m: &or_ratio(local.stiffness_n_per_m, local.stiffness_ratio),
-            int_n_per_m: &or_ratio(local.integral_n_per_m, local.integral_ratio),
-            normals: &set.iter().map(|&slot| prepared.anchors[slot].normal).collect::<Vec<_>>(),
-            compliance: &compliance,
-        },
-    );
+    let law = LawBlocks::new(local.kind, &contacts);
     let spec = compile_at(scene, &OperatingPoint::free(scene));
     let idle_axes = if without_idle { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
     let centralized = scene.session.architecture == Architecture::Centralized;
@@ -116,23 +114,4 @@ fn touched(
         idle_axes,
         spec,
     }))
-}
-
-/// K_o of every contact of a joint compliance (three rows each), N/m: `1/(λ·c_i)`, `c_i` being the largest eigenvalue of its
-/// own compliance and `λ` that of the joint one in units of these.
-fn stiffnesses(compliance: &DMatrix<f64>) -> Result<Vec<f64>, SoftAnalysisError> {
-    let largest = |matrix: DMatrix<f64>| ((&matrix + matrix.transpose()) * 0.5).symmetric_eigenvalues().max();
-    let own = |contact: usize| match largest(compliance.view((3 * contact, 3 * contact), (3, 3)).into()) {
-        own if own > 0.0 => Ok(own),
-        _ => Err(SoftAnalysisError::Rigid),
-    };
-    let own: Vec<f64> = (0..compliance.nrows() / 3).map(own).collect::<Result<_, _>>()?;
-    if own.is_empty() {
-        return Ok(own);
-    }
-    let scale = DMatrix::from_fn(compliance.nrows(), compliance.ncols(), |row, column| {
-        (own[row / 3] * own[column / 3]).sqrt().recip()
-    });
-    let joint = largest(compliance.component_mul(&scale));
-    Ok(own.iter().map(|own| (joint * own).recip()).collect())
 }

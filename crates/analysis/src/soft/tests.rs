@@ -2,10 +2,11 @@ use cotouch_scene::names::{HostIndex, Part};
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, SpringDamper, SurfaceHold};
 use cotouch_scene::time::Schedule;
 use cotouch_soft::ReducedBody;
+use cotouch_world::local::{LocalGains, SoftContactModel, StickingContacts};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::local_laws::{Gains, law};
+use super::local_laws::LawBlocks;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
@@ -71,8 +72,6 @@ fn one_finger_after(
     (returned_force, hold): (ReturnedForce, SurfaceHold),
 ) -> LoopSpec {
     let compliance = DMatrix::from_diagonal_element(3, 3, KO.recip());
-    let gains =
-        Gains { kh_n_per_m: &[kh], int_n_per_m: &[int], normals: &[DVec3::NEG_X], compliance: &compliance };
     let mut spec = LoopSpec::new(schedule("1000", "1000"));
     spec.body(hand);
     touched_body(Touched {
@@ -84,10 +83,30 @@ fn one_finger_after(
         hold,
         result_delay_periods,
         body: &SlowBody::quasi_static(compliance.clone()),
-        law: law(kind, &gains),
+        law: law(kind, &[[kh, int]], DVec3::NEG_X, &compliance),
         idle_axes: [false, true, true],
         spec,
     })
+}
+
+/// Of contacts with these K_h and INT, N/m.
+fn law(kind: LocalModelKind, gains: &[[f64; 2]], normal: DVec3, compliance: &DMatrix<f64>) -> LawBlocks {
+    let scene = cotouch_scene::load("spring", &[]).unwrap();
+    let gains: Vec<LocalGains> = gains
+        .iter()
+        .map(|&[stiffness_n_per_m, integral_per_tick_n_per_m]| LocalGains {
+            stiffness_n_per_m,
+            integral_per_tick_n_per_m,
+            drain_ticks: 1.0,
+        })
+        .collect();
+    let contacts = StickingContacts {
+        model: &SoftContactModel::new(&scene),
+        gains: &gains,
+        normals: &vec![normal; gains.len()],
+        compliance: Some(compliance),
+    };
+    LawBlocks::new(kind, &contacts)
 }
 
 fn radius(of: &LoopSpec) -> f64 {
@@ -288,12 +307,7 @@ fn two_hosts(
         body.shown = None;
     }
     let normal = DVec3::new(0.6, 0.0, 0.8);
-    let gains = Gains {
-        kh_n_per_m: &[80.0, 60.0],
-        int_n_per_m: &[20.0, 15.0],
-        normals: &[normal, normal],
-        compliance: &DMatrix::from_diagonal_element(6, 6, 3e-3),
-    };
+    let compliance = DMatrix::from_diagonal_element(6, 6, 3e-3);
     touched_body(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
@@ -303,7 +317,7 @@ fn two_hosts(
         hold,
         result_delay_periods: 1,
         body: &body,
-        law: law(kind, &gains),
+        law: law(kind, &[[80.0, 20.0], [60.0, 15.0]], normal, &compliance),
         idle_axes: [false; 3],
         spec,
     })

@@ -3,9 +3,10 @@
 use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Schedule;
+use cotouch_world::local::LawState;
 use nalgebra::DMatrix;
 
-use super::local_laws::LocalLaw;
+use super::local_laws::LawBlocks;
 use super::slow_body::SlowBody;
 use crate::linear::Linear;
 use crate::loop_spec::{
@@ -35,7 +36,7 @@ pub(super) struct Touched<'a> {
     pub(super) result_delay_periods: u32,
     /// Seen from the fingers that touch.
     pub(super) body: &'a SlowBody,
-    pub(super) law: LocalLaw,
+    pub(super) law: LawBlocks,
     /// Axes of the world along which nothing acts.
     pub(super) idle_axes: [bool; 3],
     /// The fingers, and what else acts on them.
@@ -58,7 +59,7 @@ struct World {
     host: HostIndex,
     /// How this host knows where each finger that touches is.
     fingers: Vec<Motion>,
-    integral: BlockId,
+    memory: BlockId,
     held: BlockId,
     body: BlockId,
     stepped: BlockId,
@@ -84,10 +85,10 @@ impl Session<'_> {
         };
         for host in self.of.hosts.clone() {
             let fingers = (0..self.of.touching.len()).map(|contact| self.finger(host, contact)).collect();
-            let integral = place(self.of.law.integral.is_some());
+            let memory = place(self.of.law.memory.is_some());
             let held = place(self.of.law.held);
             let (body, stepped) = (place(true), place(self.reads_stepped_forces()));
-            self.worlds.push(World { host, fingers, integral, held, body, stepped });
+            self.worlds.push(World { host, fingers, memory, held, body, stepped });
         }
     }
 
@@ -144,8 +145,8 @@ impl Session<'_> {
 
     /// Adds row `row` of the forces on the fingers that touch, three rows a contact, `scale` times.
     fn add_force(&self, to: &mut Coupling, component: usize, world: &World, row: usize, scale: f64) {
-        if self.of.law.integral.is_some() {
-            let motion = Motion::Output(world.integral);
+        if self.of.law.memory.is_some() {
+            let motion = Motion::Output(world.memory);
             to.terms.push(Term { component, motion, number: row, gain: scale });
         }
         if self.of.idle_axes[row % 3] {
@@ -185,21 +186,37 @@ impl Session<'_> {
         }
     }
 
+    /// The errors of all contacts and, where there are more inputs, the forces with which the body in use was stepped.
+    fn law_input(&self, world: &World, inputs: usize) -> Coupling {
+        let rows = self.of.law.direct.nrows();
+        let mut input = Coupling::new(inputs);
+        (0..rows).for_each(|row| self.add_error(&mut input, row, world, row, 1.0));
+        let motion = Motion::Output(world.stepped);
+        let stepped =
+            (rows..inputs).map(|component| Term { component, motion, number: component - rows, gain: 1.0 });
+        input.terms.extend(stepped);
+        input
+    }
+
     fn add_blocks(&mut self, world: &World) {
         let slow = self.of.slow;
         let (host, rows) = (world.host, 3 * self.of.touching.len());
         let slots: Vec<u8> = self.of.touching.iter().map(|&(slot, _)| slot as u8).collect();
         let later = |body: bool| Delay::periods(u32::from(body) + self.of.result_delay_periods);
-        if let Some(integral) = self.of.law.integral.clone() {
-            let mut error = Coupling::new(rows);
-            (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
-            let states = slots.iter().map(|&slot| Coordinate::Integral { host, slot }).collect();
-            let weights = share_of_period(&slow);
-            let ticks = every_tick(&slow);
-            self.of.spec.block(Block {
-                states,
-                weights,
-                ..Block::sampled(ticks, error, integral, Delay::NONE)
+        if let Some(memory) = self.of.law.memory.clone() {
+            let input = self.law_input(world, memory.inputs());
+            let states = slots.iter().flat_map(|&slot| {
+                self.of.law.states.iter().map(move |&state| match state {
+                    LawState::Integral => Coordinate::Integral { host, slot },
+                    LawState::Memory(number) => Coordinate::Memory { host, slot, number },
+                })
+            });
+            let states = states.collect();
+            let every_tick = every_tick(&slow);
+            let plain = Block::sampled(every_tick, input, memory, Delay::NONE);
+            self.of.spec.block(match self.of.law.gathers_over_period() {
+                true => Block { states, weights: share_of_period(&slow), ..plain },
+                false => Block { states, ..plain },
             });
         }
         if self.of.law.held {
