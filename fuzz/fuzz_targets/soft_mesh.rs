@@ -1,15 +1,14 @@
 //! No bytes make the readers of tetrahedra panic, and what is called a soft mesh has a volume.
 #![no_main]
 
-use cotouch_scene::soft_mesh::SoftMesh;
-use cotouch_scene::soft_mesh::files::{Cells, Format};
+use cotouch_scene::soft_mesh::{Cells, SoftMesh, TetrahedraFormat};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
-    let Some((&first, bytes)) = bytes.split_first() else { return };
-    let format = [Format::Msh, Format::Vtk, Format::Vtu][usize::from(first % 3)];
-    let Ok(cells) = Cells::parse(format, bytes) else { return };
-    if let Ok(mesh) = SoftMesh::of_tetrahedra(cells.nodes_m, cells.tetrahedra) {
-        assert!(mesh.volume_m3() > 0.0 && !mesh.triangles.is_empty());
+    for format in [TetrahedraFormat::Msh, TetrahedraFormat::Vtk, TetrahedraFormat::Vtu] {
+        let Ok(cells) = Cells::parse(format, bytes) else { continue };
+        if let Ok(mesh) = SoftMesh::from_tetrahedra(cells.nodes_m, cells.tetrahedra) {
+            assert!(mesh.volume_m3() > 0.0 && !mesh.triangles.is_empty());
+        }
     }
 });

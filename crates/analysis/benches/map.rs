@@ -8,6 +8,7 @@ use cotouch_analysis::map::stability_map;
 use cotouch_analysis::sweep::Sweep;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Action, SpringDamper};
+use cotouch_testkit::scenes::edited;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use nalgebra::DMatrix;
 
@@ -28,11 +29,13 @@ fn scene(set: &[&str]) -> Scene {
 
 /// No two users alike: each holds on a little more firmly than the one before.
 fn uneven(mut scene: Scene) -> Scene {
-    for (index, user) in scene.users.iter_mut().enumerate() {
-        let stiffness_n_per_m = 0.001 * (index + 1) as f64;
-        user.tracking = SpringDamper { stiffness_n_per_m, damping_n_s_per_m: 0.0 };
-        user.script = vec![Action::Hold { duration_s: 1.0 }];
-    }
+    scene = edited(&scene, |scene| {
+        for (index, user) in scene.users.iter_mut().enumerate() {
+            let stiffness_n_per_m = 0.001 * (index + 1) as f64;
+            user.tracking = SpringDamper { stiffness_n_per_m, damping_n_s_per_m: 0.0 };
+            user.script = vec![Action::Hold { duration_s: 1.0 }];
+        }
+    });
     scene
 }
 

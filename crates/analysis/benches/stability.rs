@@ -5,13 +5,14 @@ use std::hint::black_box;
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::stability::analyze;
 use cotouch_scene::scene::Architecture;
-use cotouch_testkit::scenes::{grasp, table_6_1, with_users};
+use cotouch_testkit::scenes::{edited, grasp, table_6_1, with_users};
 use criterion::{Criterion, criterion_group, criterion_main};
 
 fn verdicts(criterion: &mut Criterion) {
     for users in [2, 8] {
-        let mut scene = with_users(table_6_1(Architecture::Distributed), users);
-        scene.link.delay_periods = 1;
+        let scene = edited(&with_users(table_6_1(Architecture::Distributed), users), |scene| {
+            scene.link.delay_periods = 1
+        });
         criterion.bench_function(&format!("verdict, {users} users, N = 8, n = 1"), |bencher| {
             bencher.iter(|| analyze(black_box(&scene)).unwrap());
         });

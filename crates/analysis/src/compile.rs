@@ -3,10 +3,11 @@
 mod modes;
 mod session;
 
-use cotouch_scene::Scene;
 use cotouch_scene::mechanism::endpoint_inertia;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Body, DeviceKind, DeviceSpec, Shape, ShapeKind, Space, VelocityEstimate};
+use cotouch_scene::scene::{
+    Body, DeviceKind, DeviceSpec, SceneValues, Shape, ShapeKind, Space, VelocityEstimate,
+};
 use glam::{DMat3, DVec3};
 
 use crate::loop_spec::LoopSpec;
@@ -35,7 +36,7 @@ pub struct ContactMode {
 /// surface, and a one-sided wall, give two modes: all copies of the object off it, and all against it. Links are taken
 /// with their constant latency; loss, jitter and rate limits are not part of the linear loop.
 #[must_use]
-pub fn compile(scene: &Scene) -> Vec<ContactMode> {
+pub fn compile(scene: &SceneValues) -> Vec<ContactMode> {
     modes(scene).0
 }
 
@@ -47,13 +48,13 @@ pub fn compile(scene: &Scene) -> Vec<ContactMode> {
 /// # Panics
 /// When the operating point names hosts, bodies, fingers or walls that the scene does not have.
 #[must_use]
-pub fn compile_at(scene: &Scene, point: &OperatingPoint) -> LoopSpec {
+pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
     session::Session::new(scene, point).into_spec()
 }
 
 /// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
 #[must_use]
-pub fn endpoint_mass(scene: &Scene, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
+pub fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
     let start = scene.users[host.index()].fingers[usize::from(finger)].position_m;
     endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
 }
@@ -62,7 +63,7 @@ pub fn endpoint_mass(scene: &Scene, host: HostIndex, finger: u8, position: DVec3
 /// the fingers press on, and every finger is coupled to the centre of the first body, both ways, by the normal springs
 /// and dampers. No walls, ideal sensors.
 #[must_use]
-pub fn along_normal(scene: &Scene) -> Scene {
+pub fn along_normal(scene: &SceneValues) -> SceneValues {
     let mut line = scene.clone();
     let mass_kg = scene.world_bodies().first().map_or(scene.object.mass_kg, |Body { mass_kg, .. }| *mass_kg);
     line.space = Space::Line;

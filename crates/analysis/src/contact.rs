@@ -17,7 +17,7 @@
 //!
 //! The terms with `F₀` are the geometric stiffness of preload.
 
-use cotouch_scene::scene::{RotationalSpringDamper, SpringDamper};
+use cotouch_scene::scene::SpringDamper;
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::loop_spec::{Columns, Coupling, Dof, Motion, Rows};
@@ -172,28 +172,44 @@ impl Linear {
     }
 }
 
-/// Adds the coupler between two copies of a body to the wrench on `near`: springs and dampers between their positions,
-/// and a torque along the rotation vector φ of `q_far·q_near⁻¹`, whose derivative is J_l⁻¹(φ)·θ_far − J_r⁻¹(φ)·θ_near.
+/// What one number of each motion adds to the force of a channel between two copies of a body: N/m and N·s/m for
+/// translation, N·m/rad and N·m·s/rad for rotation.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct ChannelGains {
+    /// Position and velocity from the own copy to the other.
+    pub(crate) apart: [f64; 2],
+    /// Position and velocity of the own copy.
+    pub(crate) own: [f64; 2],
+}
+
+/// Adds the channels between two copies of a body, for translation and for rotation, to the wrench on `near`. How the far
+/// copy is turned against the near one (`apart`) is a rotation vector φ, whose derivative is J_l⁻¹(φ)·θ_far − J_r⁻¹(φ)·θ_near;
+/// `turned` is how the near one is turned against the scene's start.
 pub(crate) fn couple_copies(
     on: &mut Coupling,
     (near, axes): Moving,
     far: Motion,
-    spring: SpringDamper,
-    rotational: RotationalSpringDamper,
-    apart: DQuat,
+    [translation, rotation]: [ChannelGains; 2],
+    (apart, turned): (DQuat, DQuat),
 ) {
     let diagonal = |gain: f64| DMat3::from_diagonal(DVec3::splat(gain));
-    let (k, b) = (rotational.stiffness_n_m_per_rad, rotational.damping_n_m_s_per_rad);
     let left = inverse_left_jacobian(rotation_vector(apart));
+    let own = inverse_left_jacobian(rotation_vector(turned));
     let moves = Rows { axes, turns: false };
     let turns = Rows { axes, turns: true };
+    let [k, b] = translation.apart;
+    let [k_turn, b_turn] = rotation.apart;
     for (motion, sign, jacobian) in [(far, 1.0, left), (near, -1.0, left.transpose())] {
         let motion = (motion, axes);
-        on.add(moves, motion, POSITION, &diagonal(sign * spring.stiffness_n_per_m));
-        on.add(moves, motion, VELOCITY, &diagonal(sign * spring.damping_n_s_per_m));
-        on.add(turns, motion, TURN, &(jacobian * (sign * k)));
-        on.add(turns, motion, SPIN, &diagonal(sign * b));
+        on.add(moves, motion, POSITION, &diagonal(sign * k));
+        on.add(moves, motion, VELOCITY, &diagonal(sign * b));
+        on.add(turns, motion, TURN, &(jacobian * (sign * k_turn)));
+        on.add(turns, motion, SPIN, &diagonal(sign * b_turn));
     }
+    on.add(moves, (near, axes), POSITION, &diagonal(translation.own[0]));
+    on.add(moves, (near, axes), VELOCITY, &diagonal(translation.own[1]));
+    on.add(turns, (near, axes), TURN, &(own * rotation.own[0]));
+    on.add(turns, (near, axes), SPIN, &diagonal(rotation.own[1]));
 }
 
 /// Adds damping to the ground: along each axis (N·s/m), and of turning (N·m·s/rad).

@@ -11,7 +11,7 @@ struct Known {
 }
 
 /// More steps than halving needs from any interval to any accuracy.
-const MOST_STEPS: usize = 200;
+const MAX_STEPS: usize = 200;
 
 /// Where in 0 to 1 the verdict changes, to within `accuracy`, given the verdicts at both ends, which differ.
 ///
@@ -28,7 +28,7 @@ pub(crate) fn crossing<E>(
     let (mut inside, mut outside) = if from.stable { (from_known, to_known) } else { (to_known, from_known) };
     let mut before: Option<Known> = None;
     let mut widths = [f64::INFINITY; 2];
-    for _ in 0..MOST_STEPS {
+    for _ in 0..MAX_STEPS {
         let width = (outside.place - inside.place).abs();
         if width <= accuracy {
             break;

@@ -8,8 +8,7 @@
 mod forms;
 mod template;
 
-use cotouch_scene::Scene;
-use cotouch_scene::access::with_override;
+use cotouch_scene::{Scene, with_override};
 
 use crate::modes::contact_modes;
 use crate::poles::judge;

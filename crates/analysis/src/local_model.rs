@@ -146,7 +146,7 @@ pub enum LocalModelError {
     #[error("{0} must be 0 N/m or more, and at most 10¹² times K_o; found {1}")]
     Gain(&'static str, f64),
     /// N.
-    #[error("a slow period has 1 to {MOST_TICKS} haptic ticks; found {0}")]
+    #[error("a slow period has 1 to {MAX_TICKS} haptic ticks; found {0}")]
     Ratio(usize),
     /// Weights of the returned force.
     #[error("the weights of the returned force must be finite numbers that sum to 1; they sum to {0}")]
@@ -173,4 +173,4 @@ pub enum LocalModelError {
 }
 
 /// Haptic ticks in a slow period, at most.
-const MOST_TICKS: usize = 10_000;
+const MAX_TICKS: usize = 10_000;

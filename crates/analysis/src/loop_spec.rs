@@ -98,7 +98,13 @@ impl LoopSpec {
         patterns.fold(self.schedule.ticks_per_pattern(), block::least_common_multiple)
     }
 
-    /// How long that is, s.
+    /// Network steps in so many ticks.
+    #[must_use]
+    pub fn network_steps(&self) -> u64 {
+        self.ticks_per_pattern() / self.schedule.ticks_per_pattern() * self.schedule.steps_per_pattern()
+    }
+
+    /// How long a pattern is, s.
     #[must_use]
     pub fn pattern_s(&self) -> f64 {
         let control = self.schedule.control();

@@ -100,9 +100,6 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
                 .to_owned(),
         );
     }
-    if margins.delay_periods.is_some() && scene.soft.exists() && scene.schedule().steps_per_pattern() == 1 {
-        margins.notes.push("Delays were tried in whole periods only.".to_owned());
-    }
     go_on(progress(0.7))?;
     margins.rates = rates::margins(scene, &mut margins.notes)?;
     go_on(progress(0.8))?;

@@ -35,9 +35,9 @@ mod faces;
 mod settled;
 mod statics;
 
-use cotouch_scene::Scene;
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::SceneValues;
 use glam::{DMat3, DQuat, DVec3};
 
 pub(crate) use faces::has_surface;
@@ -97,7 +97,7 @@ pub struct CornerContact {
 impl OperatingPoint {
     /// All bodies at their start poses, nothing touched.
     #[must_use]
-    pub fn free(scene: &Scene) -> Self {
+    pub fn free(scene: &SceneValues) -> Self {
         let pose = |body: &cotouch_scene::scene::Body| Pose {
             position: body.position_m,
             orientation: DQuat::from_scaled_axis(body.rotation_rad),
@@ -112,7 +112,7 @@ impl OperatingPoint {
 
     /// The settled grasp of a scene: every finger that presses on a body in contact, no wall touched.
     #[must_use]
-    pub fn settled_grasp(scene: &Scene) -> Self {
+    pub fn settled_grasp(scene: &SceneValues) -> Self {
         let settled = Settled::of(scene);
         let all: Vec<usize> = (0..settled.grips.len()).collect();
         settled.point(scene, &all, &settled.always())

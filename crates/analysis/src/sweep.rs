@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::verdict::AnalysisError;
 
 /// More values than this in one direction are a slip of the pen.
-const MOST_VALUES: usize = 100_000;
+const MAX_VALUES: usize = 100_000;
 
 /// Rising or falling values, written `LO..HI:COUNT` or, with equal ratios, `LO..HI:COUNT:log`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -35,7 +35,7 @@ pub enum SweepError {
     #[error("{0:?} is not {1}")]
     Syntax(String, &'static str),
     /// No values, or too many.
-    #[error("{0:?} has {1} values; a sweep needs 1 to {MOST_VALUES}")]
+    #[error("{0:?} has {1} values; a sweep needs 1 to {MAX_VALUES}")]
     Count(String, String),
     /// Bounds that are no numbers, or that do not bound anything.
     #[error(
@@ -66,7 +66,7 @@ impl Grid {
     /// When the bounds or the count make no sense.
     pub fn new(from: f64, to: f64, count: usize, logarithmic: bool) -> Result<Self, SweepError> {
         let written = || format!("{from}..{to}:{count}{}", if logarithmic { ":log" } else { "" });
-        if count == 0 || count > MOST_VALUES {
+        if count == 0 || count > MAX_VALUES {
             return Err(SweepError::Count(written(), count.to_string()));
         }
         let bounds = from.is_finite() && to.is_finite() && (count == 1 || from != to);

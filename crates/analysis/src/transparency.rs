@@ -41,7 +41,7 @@ use std::f64::consts::PI;
 
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::Architecture;
+use cotouch_scene::scene::{Architecture, SceneValues};
 use nalgebra::Complex;
 use serde::Serialize;
 
@@ -283,7 +283,7 @@ fn user_admittance(
 }
 
 /// `m·s + b + k/s` of one mass with the hand's own damper and spring, and the wall's.
-fn ideal_admittance(line: &Scene, quantity: Answer, frequencies_rad_s: &[f64]) -> IdealAdmittance {
+fn ideal_admittance(line: &SceneValues, quantity: Answer, frequencies_rad_s: &[f64]) -> IdealAdmittance {
     let fingers = fingers(line);
     let mass_kg = fingers * line.hand.mass_kg + line.object.mass_kg;
     let damping = fingers * line.hand.damping_n_s_per_m + line.wall.damping_n_s_per_m;
@@ -302,11 +302,11 @@ fn ideal_admittance(line: &Scene, quantity: Answer, frequencies_rad_s: &[f64]) -
 }
 
 /// Of one user; all have as many.
-fn fingers(scene: &Scene) -> f64 {
+fn fingers(scene: &SceneValues) -> f64 {
     scene.users.first().map_or(1.0, |user| user.fingers.len() as f64)
 }
 
-fn ideal_stiffness(line: &Scene) -> f64 {
+fn ideal_stiffness(line: &SceneValues) -> f64 {
     line.wall.stiffness_n_per_m + fingers(line) * line.hand.stiffness_n_per_m
 }
 
@@ -343,7 +343,7 @@ pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, Tra
 }
 
 /// To the ground, of one user's hand and all copies.
-fn dampers(line: &Scene) -> f64 {
+fn dampers(line: &SceneValues) -> f64 {
     let copies = match line.session.architecture {
         Architecture::Centralized => 1.0,
         Architecture::Distributed => f64::from(line.session.users),
@@ -373,18 +373,18 @@ struct Viscous {
 
 impl Compensated {
     /// With hands.
-    fn of_session(line: &Scene, user: HostIndex) -> Result<Self, TransparencyError> {
+    fn of_session(line: &SceneValues, user: HostIndex) -> Result<Self, TransparencyError> {
         Self::new(line, &|line| Viscous::new(&spec(line), Some(user), user))
     }
 
     /// Copies that nobody holds.
-    fn of_copies(line: &Scene, user: HostIndex) -> Result<Self, TransparencyError> {
+    fn of_copies(line: &SceneValues, user: HostIndex) -> Result<Self, TransparencyError> {
         Self::new(line, &|line| Viscous::new(&Held::directly(&spec(line), user).spec, None, user))
     }
 
     fn new(
-        line: &Scene,
-        viscous: &dyn Fn(&Scene) -> Result<Viscous, TransparencyError>,
+        line: &SceneValues,
+        viscous: &dyn Fn(&SceneValues) -> Result<Viscous, TransparencyError>,
     ) -> Result<Self, TransparencyError> {
         let before = viscous(line)?;
         let Some(simplified) = before.simplified else {
@@ -413,7 +413,7 @@ impl Viscous {
     }
 }
 
-fn spec(line: &Scene) -> LoopSpec {
+fn spec(line: &SceneValues) -> LoopSpec {
     crate::compile::compile(line).swap_remove(0).spec
 }
 

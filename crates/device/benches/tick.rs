@@ -7,15 +7,16 @@ use cotouch_device::{Device, Governor, GovernorInput, PortEnergy, SimulatedUser,
 use cotouch_scene::geometry::{Pose, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, Finger, Scene, Space, SpringDamper, VelocityEstimate};
+use cotouch_testkit::scenes::edited;
 use criterion::{BenchmarkId, Criterion, criterion_group, criterion_main};
 use glam::DVec3;
 
 fn scene(action: Action, space: Space) -> Scene {
-    let mut scene = cotouch_scene::load("single-axis", &[]).expect("built in");
-    (scene.space, scene.hand.mass_kg, scene.hand.damping_n_s_per_m) = (space, 0.3, 2.0);
-    scene.users[0].tracking = SpringDamper { stiffness_n_per_m: 400.0, damping_n_s_per_m: 10.0 };
-    (scene.users[0].script, scene.users[0].repeat) = (vec![action], true);
-    scene
+    edited(&cotouch_scene::load("single-axis", &[]).expect("built in"), |scene| {
+        (scene.space, scene.hand.mass_kg, scene.hand.damping_n_s_per_m) = (space, 0.3, 2.0);
+        scene.users[0].tracking = SpringDamper { stiffness_n_per_m: 400.0, damping_n_s_per_m: 10.0 };
+        (scene.users[0].script, scene.users[0].repeat) = (vec![action], true);
+    })
 }
 
 fn user(scene: &Scene) -> SimulatedUser {
@@ -65,12 +66,14 @@ fn two_fingers(criterion: &mut Criterion) {
             let vector = DVec3::new(0.02, 0.01, 0.005);
             let mut scene = scene(Action::Carry { by_m: vector, duration_s: 1.0 }, Space::Plane);
             let finger = |x| Finger { position_m: DVec3::X * x, script: Vec::new() };
-            scene.users[0].fingers = vec![finger(-0.05), finger(0.05)];
-            scene.users[0].repeat = false;
-            (scene.device.kind, scene.device.inertia) = (kind, inertia);
-            scene.device.encoder_counts_per_turn = counts;
-            scene.device.velocity = VelocityEstimate::Filtered;
-            scene.device.max_joint_torque_n_m = 0.5;
+            scene = edited(&scene, |scene| {
+                scene.users[0].fingers = vec![finger(-0.05), finger(0.05)];
+                scene.users[0].repeat = false;
+                (scene.device.kind, scene.device.inertia) = (kind, inertia);
+                scene.device.encoder_counts_per_turn = counts;
+                scene.device.velocity = VelocityEstimate::Filtered;
+                scene.device.max_joint_torque_n_m = 0.5;
+            });
             let (mut user, mut tick) = (user(&scene), 0);
             group.bench_function(BenchmarkId::new(name, what), |bencher| {
                 bencher.iter(|| {

@@ -296,6 +296,7 @@ impl FingerModel {
     }
 
     /// A state in which nothing is off the finger's line or plane.
+    #[cfg(feature = "testing")]
     pub(crate) fn allowed(&self, state: FingerState) -> FingerState {
         FingerState {
             position: DVec3::select(self.free, state.position, self.rest),

@@ -15,7 +15,7 @@ use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Scene, SpringDamper};
+use cotouch_scene::scene::{Action, Scene, SceneValues, SpringDamper};
 use glam::DVec3;
 
 use crate::device::{Device, DeviceLimits, WorldView};
@@ -73,19 +73,20 @@ pub fn pointer_spring(scene: &Scene, host: HostIndex) -> SpringDamper {
 /// What scripts say of forces stays, for it sets how hard fingers press on what they hold.
 #[must_use]
 pub fn guided_scene(scene: &Scene, hosts: &[HostIndex]) -> Scene {
-    let mut guided = scene.clone();
-    for &host in hosts.iter().filter(|host| host.index() < scene.users.len()) {
-        let user = &mut guided.users[host.index()];
-        user.tracking = pointer_spring(scene, host);
-        let own = user.fingers.iter_mut().map(|finger| &mut finger.script);
-        let own = own.filter(|script| !script.is_empty());
-        for script in own.chain([&mut user.script]) {
-            if !script.iter().any(Action::tracks) {
-                script.push(Action::Hold { duration_s: 1.0 });
+    let guide = |guided: &mut SceneValues| {
+        for &host in hosts.iter().filter(|host| host.index() < scene.users.len()) {
+            let user = &mut guided.users[host.index()];
+            user.tracking = pointer_spring(scene, host);
+            let own = user.fingers.iter_mut().map(|finger| &mut finger.script);
+            let own = own.filter(|script| !script.is_empty());
+            for script in own.chain([&mut user.script]) {
+                if !script.iter().any(Action::tracks) {
+                    script.push(Action::Hold { duration_s: 1.0 });
+                }
             }
         }
-    }
-    guided
+    };
+    scene.edit(guide).expect("a user who is tracked may hold")
 }
 
 /// A [`SimulatedUser`] that follows its script, or a [`Guide`] while that has targets.

@@ -212,6 +212,7 @@ impl SimulatedUser {
     ///
     /// # Panics
     /// When there is no such finger.
+    #[cfg(feature = "testing")]
     pub fn set_state(&mut self, finger: usize, state: FingerState) {
         self.state.fingers[finger] = self.model.fingers[finger].allowed(state);
         self.readings = self.model.readings(&self.state);

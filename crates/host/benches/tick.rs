@@ -4,9 +4,7 @@
 
 use std::hint::black_box;
 
-use cotouch_host::model::HostModel;
-use cotouch_host::output::TickOutput;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState, TickOutput};
 use cotouch_scene::geometry::{Reading, Readings};
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, load};

@@ -1,9 +1,14 @@
 //! The constants of one host, derived from a scene once: those of its parts.
 
+#[cfg(feature = "testing")]
+use std::sync::Arc;
+
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Scene};
 use cotouch_scene::time::Schedule;
+#[cfg(feature = "testing")]
+use cotouch_world::coordination::{CouplingGains, Scheme};
 use glam::DQuat;
 
 use crate::bodies::Bodies;
@@ -75,6 +80,20 @@ impl HostModel {
             fingers,
             bodies,
         }
+    }
+
+    /// The same with coordination schemes that are made for the gains of translation and of rotation, whatever the scene
+    /// names.
+    #[cfg(feature = "testing")]
+    #[must_use]
+    pub fn with_schemes(
+        scene: &Scene,
+        host: HostIndex,
+        scheme: impl Fn(CouplingGains) -> Arc<dyn Scheme>,
+    ) -> Self {
+        let model = Self::new(scene, host);
+        let copies = CopyCoupling::with_schemes(scene, host, &model.bodies, scheme);
+        Self { copies: model.copies.is_some().then_some(copies), ..model }
     }
 
     /// Whether this host simulates a soft body.

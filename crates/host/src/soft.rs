@@ -5,7 +5,7 @@
 //! k_(p+1+d), d = `local_model.result_delay_periods`, [`HostModel::take_frame`] brings it into use. Before the first tick
 //! it takes [`SlowLoop::rest_frame`] over; without any frame there is no force.
 //!
-//! [`HostModel::take_frame`]: crate::model::HostModel::take_frame
+//! [`HostModel::take_frame`]: crate::HostModel::take_frame
 
 mod contacts;
 mod estimate;

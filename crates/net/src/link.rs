@@ -30,7 +30,7 @@ const MAX_IN_FLIGHT: usize = 1 << 16;
 /// What a link has done to packets.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LinkCounts {
-    /// Handed to [`SimulatedLink::send`].
+    /// Packets that were handed to [`SimulatedLink::send`].
     pub sent: u64,
     /// Handed out by [`SimulatedLink::poll_delivery`].
     pub delivered: u64,

@@ -20,7 +20,7 @@ pub(crate) const SCENE_REQUEST_PADDING: usize = 1024;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerId(pub u64);
 
-/// A control message.
+/// What hosts say to each other besides states.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Control {
     /// Newcomer to server; repeated until answered. With `cookie` 0 it is answered by a challenge.
@@ -36,7 +36,7 @@ pub enum Control {
         session: u64,
         /// The host index that the newcomer has from now on.
         host: HostIndex,
-        /// The server's id.
+        /// The id of the server, by which the newcomer knows it from now on.
         server: PeerId,
     },
     /// Server to newcomer, or to a host that was replaced.
@@ -45,12 +45,12 @@ pub enum Control {
     Roster(Roster),
     /// The answer to a roster.
     RosterReceived {
-        /// Of the roster.
+        /// Which roster it was.
         revision: u32,
     },
     /// Between any two hosts that exchange state; greeting, keep-alive and first half of a clock exchange.
     Ping {
-        /// The sender's id.
+        /// The id of the sender, which shows that it is the peer.
         id: PeerId,
         /// When it was sent, ns of the sender's clock (t1).
         sent_ns: i64,
@@ -59,7 +59,7 @@ pub enum Control {
     },
     /// The answer to a ping.
     Pong {
-        /// The answering host's id.
+        /// The id of the answering host.
         id: PeerId,
         /// Of the ping (t1).
         sent_ns: i64,
@@ -70,9 +70,9 @@ pub enum Control {
     },
     /// The sender leaves; repeated until acknowledged.
     Leave {
-        /// The sender's id.
+        /// The id of the sender, which shows that it is the peer.
         id: PeerId,
-        /// Why, in words.
+        /// Why it leaves, in words for people.
         reason: Text,
     },
     /// The answer to a leave.
@@ -81,7 +81,7 @@ pub enum Control {
     SceneRequest {
         /// First byte that is asked for.
         offset: u32,
-        /// Zeros.
+        /// Zeros, as many as an answer has bytes beyond its own fields.
         padding: ArrayVec<u8, SCENE_REQUEST_PADDING>,
     },
     /// A part of the scene's text.
@@ -92,7 +92,7 @@ pub enum Control {
         total: u32,
         /// Of the first byte here.
         offset: u32,
-        /// The part.
+        /// The bytes of the text from there on.
         bytes: ArrayVec<u8, SCENE_PART_BYTES>,
     },
 }
@@ -128,9 +128,9 @@ pub struct Roster {
 /// One host of the roster.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RosterEntry {
-    /// Its index.
+    /// The index of the host.
     pub host: HostIndex,
-    /// Which life of it.
+    /// The id of its present life.
     pub id: PeerId,
     /// Where the server reaches it.
     pub route: Route,
@@ -140,27 +140,27 @@ pub struct RosterEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, thiserror::Error)]
 #[non_exhaustive]
 pub enum Refusal {
-    /// Another protocol.
+    /// The newcomer speaks another version of the protocol.
     #[error(
         "the server speaks protocol version {server}, this program speaks version {newcomer}; install the same version of cotouch on both"
     )]
     Version {
-        /// The server's.
+        /// The version that the server speaks.
         server: u16,
-        /// The newcomer's.
+        /// The version that the newcomer speaks.
         newcomer: u16,
     },
-    /// Another scene.
+    /// The newcomer has another scene.
     #[error(
         "the scenes differ (hash {server:016x} on the server, {newcomer:016x} here); both must use the same scene with the same --set values"
     )]
     Scene {
-        /// The server's hash.
+        /// The hash of the server's scene, XXH3-64.
         server: u64,
-        /// The newcomer's hash.
+        /// The hash of the newcomer's scene, XXH3-64.
         newcomer: u64,
     },
-    /// Other rates.
+    /// The newcomer runs at other rates.
     #[error("the rates differ: the server's are {control_hz} Hz control and {network_hz} Hz network")]
     Rates {
         /// The server's haptic rate.
@@ -168,7 +168,7 @@ pub enum Refusal {
         /// The server's network rate.
         network_hz: Rate,
     },
-    /// Everyone is there.
+    /// Every user of the scene is there.
     #[error("the session is full: all {users} users are present")]
     Full {
         /// Users of the scene.

@@ -12,32 +12,32 @@ use serde::{Deserialize, Serialize};
 pub struct StatePacket {
     /// The network step of the sample, and so the packet's sequence number: its sample time is `step·T_t`.
     pub step: u64,
-    /// What was sampled.
+    /// What the sender sampled at that step.
     pub entries: ArrayVec<Entry, MAX_ENTRIES>,
 }
 
 /// What a coordination scheme says of one body: its vectors for translation, then those for rotation.
 pub type ChannelVectors = [DVec3; 2 * MAX_CHANNEL_VECTORS];
 
-/// One sampled thing.
+/// One thing that a host sampled.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Entry {
     /// A haptic interface point of the sender's user (a hand has one or more).
     Hand {
         /// Which of the user's points, from 0.
         point: u8,
-        /// Its pose.
+        /// Its pose, m.
         pose: Pose,
-        /// Its twist.
+        /// Its twist, m/s and rad/s.
         twist: Twist,
     },
     /// The sender's copy of an object.
     Object {
         /// Which object, from 0.
         object: u8,
-        /// Its pose.
+        /// Its pose, m.
         pose: Pose,
-        /// Its twist.
+        /// Its twist, m/s and rad/s.
         twist: Twist,
     },
     /// The wrench for one haptic interface point of the receiver's user (centralized).

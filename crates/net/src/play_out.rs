@@ -14,11 +14,11 @@ use crate::statistics::{ArrivalOrder, SequenceTracker};
 /// What became of the samples of one sender.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PlayOutCounts {
-    /// Played out.
+    /// Samples that were used.
     pub used: u64,
     /// Came after the step from which they should have been used (scheduled).
     pub late: u64,
-    /// Had come before.
+    /// Samples that had come before.
     pub duplicate: u64,
     /// Came after a newer one.
     pub reordered: u64,

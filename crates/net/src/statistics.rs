@@ -125,17 +125,17 @@ impl SequenceTracker {
 pub struct RoundTrip {
     /// How many were measured; with none all else is 0.
     pub count: u64,
-    /// Their mean, s.
+    /// The mean of all round trips, s.
     pub mean_s: f64,
-    /// Standard deviation, s.
+    /// The standard deviation of all round trips, s.
     pub rms_jitter_s: f64,
-    /// The shortest, s.
+    /// The shortest of all round trips, s.
     pub min_s: f64,
     /// Median, to 0.1 %, s.
     pub p50_s: f64,
     /// 99th percentile, to 0.1 %, s.
     pub p99_s: f64,
-    /// The longest, s.
+    /// The longest of all round trips, s.
     pub max_s: f64,
 }
 

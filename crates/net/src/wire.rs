@@ -54,16 +54,16 @@ pub type DatagramBytes = ArrayVec<u8, MAX_DATAGRAM>;
 pub struct Transmit {
     /// Where the receiver is reached.
     pub to: Route,
-    /// The whole datagram.
+    /// The whole datagram, header and checksum included.
     pub bytes: DatagramBytes,
 }
 
 /// What a datagram holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DatagramKind {
-    /// A [`StatePacket`].
+    /// What a host sampled: a [`StatePacket`].
     State,
-    /// A [`Control`] message.
+    /// What hosts say besides: a [`Control`] message.
     Control,
     /// A link measurement on its way out.
     Probe,
@@ -87,7 +87,7 @@ impl DatagramKind {
 /// The start of every datagram.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Header {
-    /// What follows.
+    /// What follows after the header.
     pub kind: DatagramKind,
     /// Who sent it; `None` from a newcomer.
     pub sender: Option<HostIndex>,
@@ -105,7 +105,7 @@ pub enum WireError {
     /// Ours, of another version.
     #[error("the datagram is of protocol version {found}; this program speaks version {PROTOCOL_VERSION}")]
     Version {
-        /// The datagram's version.
+        /// The version that the datagram says to be of.
         found: u16,
         /// The session field, which every version has: it tells a newcomer that the answer is meant for it.
         session: u64,
@@ -132,13 +132,13 @@ pub enum WireError {
     /// Bytes that must be zero are not.
     #[error("reserved bytes of the datagram are not zero")]
     Reserved,
-    /// Too many entries.
+    /// The packet announces more entries than are allowed.
     #[error("the state packet announces {0} entries; at most {MAX_ENTRIES} are allowed")]
     EntryCount(u8),
-    /// No such entry.
+    /// An entry has a tag that stands for nothing.
     #[error("entry tag {0} is unknown")]
     EntryTag(u8),
-    /// NaN or infinity.
+    /// An entry holds a NaN or an infinity.
     #[error("entry {entry} of the state packet holds a number that is not finite")]
     NotFinite {
         /// Which entry, from 0.

@@ -6,7 +6,7 @@
 use cotouch_device::SimulatedUser;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 
 const TICKS: u64 = 1024;
@@ -22,9 +22,7 @@ fn simulated_seconds(criterion: &mut Criterion) {
         ("grasp", &["session.architecture=centralized"]),
     ];
     for (name, overrides) in scenes {
-        let overrides: Vec<Override> =
-            overrides.iter().map(|text| text.parse().expect("an override")).collect();
-        let scene = load(name, &overrides).expect("a built-in scene");
+        let scene = built_in(name, overrides);
         let users = scene.session.users;
         let mut session = VirtualSession::new(&scene, |host| {
             Station::new(&scene, host, SimulatedUser::new(&scene, host).expect("its hands are sound"), None)

@@ -4,10 +4,9 @@
 //! of the local model, the governor's damping and passivity control, and what the network does to packets. States are kept, so nothing else may: who takes part and
 //! with what, where things are, rates, delays. A change is made outside of the haptic thread, which only swaps it in.
 
-use cotouch_host::model::HostModel;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene};
+use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene, SceneValues};
 
 /// The constants of one host in a changed scene.
 #[derive(Clone, Debug)]
@@ -33,12 +32,12 @@ impl HostChange {
 /// Whether a session that runs `from` can run `to` from one tick to the next.
 #[must_use]
 pub fn is_possible(from: &Scene, to: &Scene) -> bool {
-    let mut reached = from.clone();
+    let mut reached = SceneValues::clone(from);
     take_what_can_change(&mut reached, to);
-    reached == *to && from.hosts().all(|host| has_the_same_states(from, to, host))
+    reached == **to && from.hosts().all(|host| has_the_same_states(from, to, host))
 }
 
-fn take_what_can_change(scene: &mut Scene, to: &Scene) {
+fn take_what_can_change(scene: &mut SceneValues, to: &SceneValues) {
     scene.link.impairment = to.link.impairment.clone();
     scene.coupling = to.coupling.clone();
     scene.ground = to.ground.clone();

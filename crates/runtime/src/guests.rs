@@ -36,7 +36,7 @@ impl Guests {
         let server = session.server().filter(|_| !session.has_ended())?;
         let is_free = |seat: &Seat| seat.user == user && seat.by == HeldBy::Nobody;
         let Seat { name, .. } = self.seats(session).into_iter().find(is_free)?;
-        Some(FreePlace { user, name, server, impairment: session.present_scene().link.impairment })
+        Some(FreePlace { user, name, server, impairment: session.present_scene().link.impairment.clone() })
     }
 
     /// Lets a guest in. Blocks for as long as joining takes.

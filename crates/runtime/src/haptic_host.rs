@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayVec;
 use cotouch_device::{Device, PortEnergy};
-use cotouch_host::output::ContactSurface;
+use cotouch_host::ContactSurface;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_world::Phase;
 use glam::DVec3;

@@ -133,7 +133,10 @@ impl LiveSession {
     pub fn as_it_would_run(&self, scene: &Scene) -> (Scene, Option<String>) {
         let (mut scene, note) = realisable(scene);
         if !self.may_change() {
-            scene.link.impairment = self.shared.present().scene.link.impairment.clone();
+            let impairment = self.shared.present().scene.link.impairment.clone();
+            scene = scene
+                .edit(|scene| scene.link.impairment = impairment)
+                .expect("it was checked with its scene");
         }
         let is_guided = |seat: &Seat| seat.by == HeldBy::Pointer && seat.user.0 < scene.session.users;
         let guided: Vec<HostIndex> =
@@ -265,9 +268,8 @@ impl LiveSession {
 /// The scene as a session on real sockets plays it, and a sentence when that differs from what was asked for: all ways
 /// of a process are impaired alike.
 fn realisable(scene: &Scene) -> (Scene, Option<String>) {
-    let (mut scene, note) = real_time::realisable(scene);
-    scene.link.ways.clear();
-    (scene, note)
+    let (scene, note) = real_time::realisable(scene);
+    (scene.edit(|scene| scene.link.ways.clear()).expect("a scene needs no ways"), note)
 }
 
 /// Where the recording of a session goes: the first one to `path`, later ones to `NAME-2.mcap` and so on beside it.

@@ -8,7 +8,7 @@
 mod growth;
 mod lately;
 
-use cotouch_host::output::CouplerOutput;
+use cotouch_host::CouplerOutput;
 use cotouch_scene::time::Schedule;
 use glam::DVec3;
 

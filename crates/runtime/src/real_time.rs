@@ -9,10 +9,10 @@ use std::thread;
 use std::time::Duration;
 
 use cotouch_device::{Device, DeviceOpenError};
-use cotouch_host::soft::SlowLoop;
+use cotouch_host::SlowLoop;
 use cotouch_net::{Endpoint, Route};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Architecture, Impairment, PlayOut, Scene};
+use cotouch_scene::scene::{Architecture, Impairment, Link, PlayOut, Scene};
 
 use crate::clock;
 use crate::control::Control;
@@ -46,26 +46,23 @@ type JoinedHost = (NetworkThreads, HapticPort);
 /// back (where the round trip's periods lie does not change the loop's poles).
 #[must_use]
 pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
-    let mut scene = scene.clone();
     if scene.link.play_out == PlayOut::OnArrival {
         let note = "with play_out = \"on-arrival\" the network's own latency is a part of the loop, which the analysis \
                     does not know; it takes the latency_s of --impair, and 0 without it";
-        return (scene, Some(note.to_owned()));
+        return (scene.clone(), Some(note.to_owned()));
     }
     let asked = scene.link.delay_periods;
-    match scene.session.architecture {
-        Architecture::Distributed => scene.link.delay_periods = asked.max(1),
-        Architecture::Centralized => {
-            scene.link.delay_periods = asked.max(2);
-            let most = scene.link.delay_periods - 1;
-            scene.link.return_delay_periods = scene.link.return_delay_periods.clamp(1, most);
-        }
-    }
-    let real = scene.link.delay_periods;
-    let way = match scene.session.architecture {
-        Architecture::Distributed => "one way",
-        Architecture::Centralized => "there and back",
+    let (real, way) = match scene.session.architecture {
+        Architecture::Distributed => (asked.max(1), "one way"),
+        Architecture::Centralized => (asked.max(2), "there and back"),
     };
+    let delay = |link: &mut Link| {
+        link.delay_periods = real;
+        if scene.session.architecture == Architecture::Centralized {
+            link.return_delay_periods = link.return_delay_periods.clamp(1, real - 1);
+        }
+    };
+    let played = scene.edit(|played| delay(&mut played.link)).expect("a few network periods are allowed");
     let warning = (real != asked).then(|| {
         format!(
             "in real time packets need at least {real} network period{} {way}, so this session runs, and is analysed, \
@@ -73,7 +70,7 @@ pub fn realisable(scene: &Scene) -> (Scene, Option<String>) {
             if real == 1 { "" } else { "s" }
         )
     });
-    (scene, warning)
+    (played, warning)
 }
 
 /// Starts all hosts of `scene` in this process, joined over UDP on loopback, with the devices of `options`.

@@ -5,8 +5,7 @@
 
 use arrayvec::{ArrayString, ArrayVec};
 use cotouch_device::DeviceLimits;
-use cotouch_host::output::{ContactPoint, ContactRecord};
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::{ContactPoint, ContactRecord, SlowFrame};
 use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_FINGERS, MAX_USERS};

@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use cotouch_net::{LinkStatistics, Presence, Route};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::scene::{Impairment, Link, Scene};
 
 use crate::change::{self, HostChange};
 use crate::clock;
@@ -66,9 +66,12 @@ impl SessionHandle {
         haptic: JoinHandle<Vec<HapticHost>>,
         recording: Option<RecordingThread>,
     ) -> Self {
-        let mut present = scene.clone();
-        present.link.ways.clear();
-        present.link.impairment = impairment;
+        let meet = |link: &mut Link| {
+            link.ways.clear();
+            link.impairment = impairment;
+        };
+        let present =
+            scene.edit(|present| meet(&mut present.link)).expect("an impairment is checked with its scene");
         let changing = Mutex::new(Changing { scene: present, sender });
         Self {
             scene,

@@ -7,7 +7,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use cotouch_host::soft::{SlowFrame, SlowInput, SlowLoop};
+use cotouch_host::{SlowFrame, SlowInput, SlowLoop};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Scene};
 use cotouch_scene::time::Schedule;
@@ -203,6 +203,7 @@ impl SlowPort {
     }
 
     /// The simulation, to change its state; `None` where it is in another thread.
+    #[cfg(feature = "testing")]
     pub fn simulation_mut(&mut self) -> Option<&mut SlowLoop> {
         match &mut self.way {
             Way::Inline(simulation) | Way::Replayed { simulation, .. } => Some(simulation),
@@ -217,6 +218,7 @@ impl SlowPort {
     }
 
     /// The same, to put others in their places.
+    #[cfg(feature = "testing")]
     pub fn waiting_mut(&mut self) -> &mut VecDeque<Arc<SlowFrame>> {
         &mut self.waiting
     }
@@ -226,6 +228,7 @@ impl SlowPort {
     }
 
     /// An independent copy; `None` of one whose simulation is in another thread.
+    #[cfg(feature = "testing")]
     pub(crate) fn fork(&self) -> Option<Self> {
         let way = match &self.way {
             Way::Inline(simulation) => Way::Inline(simulation.clone()),

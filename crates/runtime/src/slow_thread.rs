@@ -7,7 +7,7 @@ use std::io;
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cotouch_host::soft::{SlowInput, SlowLoop};
+use cotouch_host::{SlowInput, SlowLoop};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 

@@ -6,7 +6,7 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS, MAX_USERS};
 use cotouch_scene::names::HostIndex;

@@ -11,9 +11,7 @@ use cotouch_device::{
     Acted, Device, DeviceError, Governor, GovernorInput, GovernorOutput, GovernorState, LimitWatch,
     PortEnergy, WorldView,
 };
-use cotouch_host::model::{HostModel, Role};
-use cotouch_host::output::TickOutput;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState, Role, TickOutput};
 use cotouch_net::StatePacket;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
@@ -200,6 +198,7 @@ impl<D: Device> Station<D> {
     }
 
     /// The same station, not recorded: what it does leaves the original alone.
+    #[cfg(feature = "testing")]
     #[must_use]
     pub fn fork(&self) -> Self
     where

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use cotouch_device::Device;
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_net::LinkStatistics;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::Phase;

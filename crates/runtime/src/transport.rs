@@ -21,9 +21,9 @@
 //! 1. Write `transport/NAME.rs` after `transport/udp.rs`: a type with the methods of [`Transport`], and a [`TransportKind`] that says
 //!    how an end is opened. Routes are names that begin with the kind's scheme: `Route::Named` of `unix:/run/a.sock`, say.
 //!    Every end has a route of its own, since that is how a receiver knows where to answer.
-//! 2. Name the file below, and the kind in [`KINDS`]. That is all: `cotouch serve SCENE --listen NAME:…` listens with it, and
+//! 2. Name the file below, and the kind in [`KINDS`] (`transport/kinds.rs`). That is all: `cotouch serve SCENE --listen NAME:…` listens with it, and
 //!    `cotouch join NAME:…` joins.
-//! 3. Add its ends to the conformance suite (`transports` in the tests of this crate), which says what is expected of all.
+//! 3. Say in `LISTENING` of the conformance suite (`tests/it/transports.rs`) where two ends can listen; it fails until then.
 //!
 //! What the trait's methods promise:
 //!

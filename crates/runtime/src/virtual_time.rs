@@ -111,6 +111,7 @@ impl<D: Device> VirtualSession<D> {
     }
 
     /// The same session, not recorded: what it does leaves the original alone.
+    #[cfg(feature = "testing")]
     #[must_use]
     pub fn fork(&self) -> Self
     where

@@ -28,10 +28,3 @@ pub fn names() -> impl Iterator<Item = &'static str> {
 pub fn source(name: &str) -> Option<&'static str> {
     SCENES.iter().find(|scene| scene.0 == name).map(|scene| scene.1)
 }
-
-/// What a built-in scene is, in one sentence.
-#[must_use]
-pub fn description(name: &str) -> Option<String> {
-    let scene = crate::source::parse(source(name)?, name, None, &[]).ok()?;
-    Some(scene.description)
-}

@@ -2,9 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
-use crate::blank;
 use crate::consistency::{self, Conflict};
 use crate::error::{Place, Problem, SceneError};
 use crate::keys::parts::{
@@ -12,17 +10,16 @@ use crate::keys::parts::{
     USER, WAY,
 };
 use crate::keys::scene::{BODY_LIST, FIXED_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
-use crate::keys::{Fallback, Key};
+use crate::keys::{Fallback, Key, blank};
 use crate::limits::MAX_USERS;
-use crate::mesh::{TriangleMesh, Triangles};
+use crate::meshes;
 use crate::scene::{
-    Action, Body, Finger, FixedRegion, Scene, Shape, ShapeKind, Soft, SoftMeshKind, SoftModel, User,
+    Action, Body, Finger, FixedRegion, Scene, SceneValues, Shape, Soft, SoftMeshKind, SoftModel, User,
     WallPlane, Way,
 };
-use crate::soft_mesh::SoftMesh;
 use crate::tree::{self, Content, Node, Table};
-use crate::unknown;
 use crate::value::Value;
+use crate::{unknown, users};
 
 /// Reads the scene in `tree`; `name` is its name if it has none of its own, `base` the folder from which its mesh files
 /// are named.
@@ -38,21 +35,7 @@ pub(crate) fn scene(
     let base = base.map(Path::to_owned);
     let mut reader = Reader { base, places: BTreeMap::new(), wrong: Vec::new(), errors: Vec::new() };
     let scene = reader.scene(&mut Scope { rest: tree, prefix: String::new(), place: whole }, name);
-    if reader.errors.is_empty() { Ok(scene) } else { Err(reader.errors) }
-}
-
-/// Gives a session of `count` users as many: users beyond those given repeat their scripts in turn.
-pub(crate) fn fill_up(users: &mut Vec<User>, count: usize) {
-    let given = users.len();
-    users.truncate(count);
-    for index in given..count {
-        let fresh = blank::user(index + 1);
-        users.push(if given == 0 {
-            fresh
-        } else {
-            User { name: fresh.name, ..users[index % given].clone() }
-        });
-    }
+    if reader.errors.is_empty() { Ok(Scene::from_checked(scene)) } else { Err(reader.errors) }
 }
 
 struct Reader {
@@ -82,8 +65,8 @@ impl Scope {
 type ReadElement<T> = fn(&mut Reader, &mut Scope, usize) -> Option<T>;
 
 impl Reader {
-    fn scene(&mut self, scope: &mut Scope, name: String) -> Scene {
-        let mut scene = blank::scene(name);
+    fn scene(&mut self, scope: &mut Scope, name: String) -> SceneValues {
+        let mut scene = SceneValues { name, ..SceneValues::default() };
         scene.users = self.list(scope, USER_LIST.0, Self::user);
         scene.link.ways = self.list(scope, WAY_LIST.0, Self::way);
         scene.bodies = self.list(scope, BODY_LIST.0, Self::body);
@@ -97,16 +80,16 @@ impl Reader {
         self.soft_file(scope, &mut scene.soft);
         self.refuse_unknown(scope, &unknown::scene_keys());
 
-        self.report(scope, consistency::of_users(&scene));
+        self.report(scope, consistency::users(&scene));
         self.settle_users(scope, &mut scene);
-        self.report(scope, consistency::of_numbers(&scene));
-        self.report(scope, consistency::of_names(&scene));
+        self.report(scope, consistency::numbers(&scene));
+        self.report(scope, consistency::names(&scene));
         self.soft_mesh(scope, &mut scene);
         scene
     }
 
     /// More tables than users are a slip in a file, but not when an override asks for fewer users.
-    fn settle_users(&mut self, scope: &Scope, scene: &mut Scene) {
+    fn settle_users(&mut self, scope: &Scope, scene: &mut SceneValues) {
         const KEY: &str = "session.users";
         let (given, wanted) = (scene.users.len(), usize::from(scene.session.users));
         let overridden = matches!(self.places.get(KEY), Some(Place::Override(_)));
@@ -117,11 +100,11 @@ impl Reader {
                 vec![Conflict { keys: vec![KEY.to_owned()], found: wanted.to_string(), allowed }],
             );
         }
-        fill_up(&mut scene.users, wanted);
+        users::fill_up(&mut scene.users, wanted);
     }
 
     fn user(&mut self, scope: &mut Scope, number: usize) -> Option<User> {
-        let mut user = blank::user(number);
+        let mut user = users::unwritten(number);
         user.script = self.list(scope, SCRIPT.0, Self::action);
         let fingers = self.list(scope, FINGER_LIST.0, Self::finger);
         if !fingers.is_empty() {
@@ -133,7 +116,7 @@ impl Reader {
     }
 
     fn finger(&mut self, scope: &mut Scope, _: usize) -> Option<Finger> {
-        let mut finger = blank::finger();
+        let mut finger = blank(FINGER);
         finger.script = self.list(scope, FINGER_SCRIPT.0, Self::action);
         self.fill(FINGER, scope, "", &mut finger);
         self.refuse_unknown(scope, &unknown::finger_keys());
@@ -141,7 +124,7 @@ impl Reader {
     }
 
     fn body(&mut self, scope: &mut Scope, number: usize) -> Option<Body> {
-        let mut body = blank::body(number);
+        let mut body = Body { name: format!("body{number}"), ..Body::default() };
         self.fill(BODY, scope, "", &mut body);
         let prefix = scope.prefix.clone();
         self.surface(scope, &prefix, &mut body.shape);
@@ -150,14 +133,14 @@ impl Reader {
     }
 
     fn plane(&mut self, scope: &mut Scope, number: usize) -> Option<WallPlane> {
-        let mut plane = blank::wall_plane(number);
+        let mut plane = WallPlane { name: format!("wall{number}"), ..WallPlane::default() };
         self.fill(PLANE, scope, "", &mut plane);
         self.refuse_unknown(scope, &unknown::plane_keys());
         Some(plane)
     }
 
     fn fixed_region(&mut self, scope: &mut Scope, _: usize) -> Option<FixedRegion> {
-        let mut region = blank::fixed_region();
+        let mut region = FixedRegion::default();
         self.fill(FIXED, scope, "", &mut region);
         self.refuse_unknown(scope, &unknown::fixed_keys());
         Some(region)
@@ -169,13 +152,13 @@ impl Reader {
         if mesh.generator != SoftMeshKind::File || mesh.file.is_empty() || soft.model == SoftModel::None {
             return;
         }
-        if let Some(path) = self.file_of(scope, "soft.mesh.file", &mesh.file) {
-            make_absolute(&path, &mut mesh.file);
+        if let Some(path) = self.path(scope, "soft.mesh.file", &mesh.file) {
+            meshes::make_absolute(&path, &mut mesh.file);
         }
     }
 
     /// Makes or reads the mesh of the soft object, if the keys about it are in order.
-    fn soft_mesh(&mut self, scope: &Scope, scene: &mut Scene) {
+    fn soft_mesh(&mut self, scope: &Scope, scene: &mut SceneValues) {
         let is_of_soft = |error: &SceneError| match &error.problem {
             Problem::NotAllowed { key, .. }
             | Problem::Missing { key, .. }
@@ -185,35 +168,30 @@ impl Reader {
         if !scene.soft.exists() || self.errors.iter().any(is_of_soft) {
             return;
         }
-        match SoftMesh::of(&scene.soft) {
-            Ok(mesh) => scene.soft.nodes = Some(Arc::new(mesh)),
-            Err(error) => self.report(scope, vec![consistency::of_soft_mesh(&scene.soft, &error)]),
+        if let Err(conflict) = meshes::make_soft(&mut scene.soft) {
+            self.report(scope, vec![conflict]);
         }
     }
 
     /// Reads the mesh file of a hull or mesh; its path becomes absolute, so that the scene can be read again elsewhere.
     fn surface(&mut self, scope: &Scope, prefix: &str, shape: &mut Shape) {
         let key = format!("{prefix}mesh");
-        let has_file = matches!(shape.kind, ShapeKind::Hull | ShapeKind::Mesh) && !shape.mesh.is_empty();
-        if !has_file || self.wrong.contains(&key) {
+        if !meshes::has_file(shape) || self.wrong.contains(&key) {
             return;
         }
-        let Some(path) = self.file_of(scope, &key, &shape.mesh) else { return };
-        let place = self.places.get(&key).unwrap_or(&scope.place).clone();
-        let body = if shape.kind == ShapeKind::Hull { TriangleMesh::hull } else { TriangleMesh::closed };
-        match Triangles::read(&path, shape.mesh_scale).and_then(|triangles| body(&triangles)) {
-            Ok(surface) => shape.surface = Some(Arc::new(surface)),
+        let Some(path) = self.path(scope, &key, &shape.mesh) else { return };
+        match meshes::read_surface(shape, &path) {
+            Ok(surface) => shape.surface = Some(surface),
             Err(error) => {
-                self.wrong.push(key.clone());
-                let found = format!("\"{}\", and {error}", path.display());
-                self.add(place, Problem::NotAllowed { key, found, allowed: error.allowed() });
+                self.report(scope, vec![consistency::surface(prefix, &path, &error)]);
+                self.wrong.push(key);
             }
         }
-        make_absolute(&path, &mut shape.mesh);
+        meshes::make_absolute(&path, &mut shape.mesh);
     }
 
     /// The path of the file that `key` names: from the scene's folder, or from the current one where an override names it.
-    fn file_of(&mut self, scope: &Scope, key: &str, name: &str) -> Option<PathBuf> {
+    fn path(&mut self, scope: &Scope, key: &str, name: &str) -> Option<PathBuf> {
         let place = self.places.get(key).unwrap_or(&scope.place).clone();
         match (&place, &self.base) {
             (Place::File { .. }, Some(base)) => Some(base.join(name)),
@@ -229,7 +207,7 @@ impl Reader {
     }
 
     fn way(&mut self, scope: &mut Scope, _: usize) -> Option<Way> {
-        let mut way = blank::way();
+        let mut way = Way::default();
         self.fill(WAY, scope, "", &mut way);
         self.fill(IMPAIRMENT, scope, "", &mut way.impairment);
         self.refuse_unknown(scope, &unknown::way_keys());
@@ -238,7 +216,7 @@ impl Reader {
 
     fn action(&mut self, scope: &mut Scope, _: usize) -> Option<Action> {
         let kind = self.action_kind(scope)?;
-        let mut action = kind.blank.clone();
+        let mut action = (kind.blank)();
         self.fill(kind.keys, scope, "", &mut action);
         self.refuse_unknown(scope, &unknown::names(kind.keys));
         Some(action)
@@ -290,15 +268,14 @@ impl Reader {
     fn fill<T>(&mut self, keys: &[Key<T>], scope: &mut Scope, inner: &str, owner: &mut T) {
         let mut left = Vec::new();
         for key in keys {
-            let follows = matches!(key.fallback, Fallback::ByArchitecture { .. } | Fallback::Derived { .. });
             match self.written(key, scope, inner) {
                 Some(value) => (key.access.set)(owner, value),
-                None if follows => left.push(key),
-                None => set_default(key, owner),
+                None if key.is_derived() => left.push(key),
+                None => key.set_default(owner),
             }
         }
         for key in left {
-            set_default(key, owner);
+            key.set_default(owner);
         }
     }
 
@@ -355,17 +332,4 @@ impl Reader {
 fn wants_soft_object(tree: &Table) -> bool {
     let model = tree::find(tree, "soft.model").map(|node| &node.content);
     matches!(model, Some(Content::Text(word)) if word != "none")
-}
-
-fn make_absolute(path: &Path, name: &mut String) {
-    let absolute = std::path::absolute(path).ok();
-    if let Some(text) = absolute.as_deref().and_then(Path::to_str) {
-        text.clone_into(name);
-    }
-}
-
-fn set_default<T>(key: &Key<T>, owner: &mut T) {
-    if let Some(value) = key.default(owner) {
-        (key.access.set)(owner, value);
-    }
 }

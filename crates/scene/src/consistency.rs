@@ -1,46 +1,50 @@
 //! What the keys of a scene demand of each other.
 
+mod bodies;
+mod conflict;
+mod soft;
+
+use conflict::conflict;
+
 use crate::limits::MAX_FINGERS;
 use crate::names::HostIndex;
-use crate::scene::{Action, Architecture, Body, Impairment, Scene};
+use crate::scene::{Action, Architecture, Body, Impairment, SceneValues};
 use crate::time::Schedule;
 use crate::value::plain;
 
-mod bodies;
-mod soft;
+pub(crate) use bodies::surface;
+pub(crate) use conflict::Conflict;
+pub(crate) use soft::soft_mesh;
 
-pub(crate) use soft::of_soft_mesh;
-
-/// Keys whose values do not go together.
-pub(crate) struct Conflict {
-    /// The first is the one to name; all of them are involved.
-    pub(crate) keys: Vec<String>,
-    pub(crate) found: String,
-    /// Follows "it must be".
-    pub(crate) allowed: String,
-}
-
-fn conflict(keys: &[&str], found: impl Into<String>, allowed: impl Into<String>) -> Conflict {
-    Conflict {
-        keys: keys.iter().map(|&key| key.to_owned()).collect(),
-        found: found.into(),
-        allowed: allowed.into(),
-    }
-}
-
-/// Conflicts between numbers. Cheap, because a sweep asks at every point.
-pub(crate) fn of_numbers(scene: &Scene) -> Vec<Conflict> {
-    let mut found = Vec::new();
-    found.extend(of_rates(scene));
-    found.extend(of_return_delay(scene));
-    found.extend(of_loss("link.impairment", &scene.link.impairment));
-    of_ways(scene, &mut found);
-    bodies::of_bodies(scene, &mut found);
-    soft::of_soft(scene, &mut found);
+/// All conflicts that there can be but those of meshes.
+pub(crate) fn all(scene: &SceneValues) -> Vec<Conflict> {
+    let mut found: Vec<Conflict> = user_count(scene).into_iter().collect();
+    found.extend(users(scene));
+    found.extend(numbers(scene));
+    found.extend(names(scene));
     found
 }
 
-fn of_rates(scene: &Scene) -> Option<Conflict> {
+/// Reading fills users up; an edit does not.
+fn user_count(scene: &SceneValues) -> Option<Conflict> {
+    let (count, there) = (scene.session.users, scene.users.len());
+    (usize::from(count) != there)
+        .then(|| conflict(&["session.users"], count.to_string(), format!("{there}, the number of users")))
+}
+
+/// Conflicts between numbers. Cheap, because a sweep asks at every point.
+pub(crate) fn numbers(scene: &SceneValues) -> Vec<Conflict> {
+    let mut found = Vec::new();
+    found.extend(rates(scene));
+    found.extend(return_delay(scene));
+    found.extend(loss("link.impairment", &scene.link.impairment));
+    ways(scene, &mut found);
+    bodies::bodies(scene, &mut found);
+    soft::soft(scene, &mut found);
+    found
+}
+
+fn rates(scene: &SceneValues) -> Option<Conflict> {
     let (control, network) = (scene.rates.control_hz, scene.rates.network_hz);
     Schedule::new(control, network).is_err().then(|| {
         let allowed = format!(
@@ -50,7 +54,7 @@ fn of_rates(scene: &Scene) -> Option<Conflict> {
     })
 }
 
-fn of_return_delay(scene: &Scene) -> Option<Conflict> {
+fn return_delay(scene: &SceneValues) -> Option<Conflict> {
     let (back, whole) = (scene.link.return_delay_periods, scene.link.delay_periods);
     (scene.session.architecture == Architecture::Centralized && back > whole).then(|| {
         let keys = ["link.return_delay_periods", "link.delay_periods"];
@@ -64,7 +68,7 @@ fn of_return_delay(scene: &Scene) -> Option<Conflict> {
 
 /// In a Gilbert–Elliott channel losses end with probability 1/burst and begin with rate/(1 − rate)/burst, which must
 /// be a probability.
-fn of_loss(table: &str, impairment: &Impairment) -> Option<Conflict> {
+fn loss(table: &str, impairment: &Impairment) -> Option<Conflict> {
     let least = impairment.loss_rate / (1.0 - impairment.loss_rate);
     (impairment.loss_burst_packets < least).then(|| {
         let (burst, rate) = (format!("{table}.loss_burst_packets"), format!("{table}.loss_rate"));
@@ -77,7 +81,7 @@ fn of_loss(table: &str, impairment: &Impairment) -> Option<Conflict> {
     })
 }
 
-fn of_ways(scene: &Scene, found: &mut Vec<Conflict>) {
+fn ways(scene: &SceneValues, found: &mut Vec<Conflict>) {
     let users = scene.session.users;
     for (index, way) in scene.link.ways.iter().enumerate() {
         let table = format!("link.way.{}", index + 1);
@@ -99,21 +103,21 @@ fn of_ways(scene: &Scene, found: &mut Vec<Conflict>) {
             let allowed = "another host, because an earlier [[link.way]] has that direction";
             found.push(conflict(&[&to, &from], value, allowed));
         }
-        found.extend(of_loss(&table, &way.impairment));
+        found.extend(loss(&table, &way.impairment));
     }
 }
 
 /// Conflicts within each user's table, and of what hands are to grasp.
-pub(crate) fn of_users(scene: &Scene) -> Vec<Conflict> {
+pub(crate) fn users(scene: &SceneValues) -> Vec<Conflict> {
     let mut found = Vec::new();
     for (index, user) in scene.users.iter().enumerate() {
         let table = format!("user.{}", index + 1);
         let mut scripts = vec![(format!("{table}.script"), &user.script)];
-        let of_finger = |number: usize| format!("{table}.finger.{}.script", number + 1);
+        let finger_script = |number: usize| format!("{table}.finger.{}.script", number + 1);
         scripts.extend(
-            user.fingers.iter().enumerate().map(|(number, finger)| (of_finger(number), &finger.script)),
+            user.fingers.iter().enumerate().map(|(number, finger)| (finger_script(number), &finger.script)),
         );
-        if user.fingers.len() > MAX_FINGERS {
+        if !(1..=MAX_FINGERS).contains(&user.fingers.len()) {
             let allowed = format!("a list of 1 to {MAX_FINGERS} tables");
             found.push(conflict(
                 &[&format!("{table}.finger")],
@@ -134,14 +138,14 @@ pub(crate) fn of_users(scene: &Scene) -> Vec<Conflict> {
         }
         for (table, script) in &scripts {
             for (number, action) in script.iter().enumerate() {
-                found.extend(of_action(scene, &format!("{table}.{}", number + 1), action));
+                found.extend(script_action(scene, &format!("{table}.{}", number + 1), action));
             }
         }
     }
     found
 }
 
-fn of_action(scene: &Scene, table: &str, action: &Action) -> Option<Conflict> {
+fn script_action(scene: &SceneValues, table: &str, action: &Action) -> Option<Conflict> {
     match action {
         Action::PushAndLetGo { push_s, duration_s, .. } if push_s > duration_s => {
             let keys = [&format!("{table}.push_s"), &format!("{table}.duration_s")];
@@ -166,7 +170,7 @@ fn of_action(scene: &Scene, table: &str, action: &Action) -> Option<Conflict> {
 }
 
 /// Users that are called the same; bodies and walls that are called the same.
-pub(crate) fn of_names(scene: &Scene) -> Vec<Conflict> {
+pub(crate) fn names(scene: &SceneValues) -> Vec<Conflict> {
     let users: Vec<(&str, String)> = named("user", scene.users.iter().map(|user| user.name.as_str()));
     let bodies = named("body", scene.bodies.iter().map(|body| body.name.as_str()));
     let planes = named("wall.plane", scene.wall.planes.iter().map(|plane| plane.name.as_str()));

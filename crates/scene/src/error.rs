@@ -51,11 +51,11 @@ impl fmt::Display for Place {
 pub struct SceneError {
     /// Where it was found.
     pub place: Place,
-    /// What is wrong.
+    /// What is wrong there.
     pub problem: Problem,
 }
 
-/// What is wrong.
+/// What is wrong at some place of a scene.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// A value of the wrong kind, out of its range, or in conflict with another.
@@ -63,7 +63,7 @@ pub enum Problem {
     NotAllowed {
         /// Dotted; elements of lists are counted from 1 (`user.2.script.1.duration_s`).
         key: String,
-        /// As written, shortened.
+        /// The value as written, shortened.
         found: String,
         /// Follows "it must be".
         allowed: String,
@@ -71,7 +71,7 @@ pub enum Problem {
     /// A key that must be written was not.
     #[error("{key} is missing; it must be {allowed}")]
     Missing {
-        /// Dotted.
+        /// The key, dotted.
         key: String,
         /// Follows "it must be".
         allowed: String,
@@ -79,7 +79,7 @@ pub enum Problem {
     /// No scene has such a key.
     #[error("{key} is not a scene key; {hint}")]
     UnknownKey {
-        /// Dotted, as written.
+        /// The key as written, dotted.
         key: String,
         /// The nearest key, or the keys that are allowed there.
         hint: String,

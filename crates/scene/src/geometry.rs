@@ -15,9 +15,9 @@ pub type Wrenches = ArrayVec<Wrench, MAX_FINGERS>;
 /// Position and orientation of a frame in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Pose {
-    /// Metres.
+    /// Where the frame's origin is, m.
     pub position: DVec3,
-    /// Unit quaternion.
+    /// How the frame is turned: a unit quaternion.
     pub orientation: DQuat,
 }
 
@@ -50,18 +50,18 @@ impl Default for Pose {
 /// Linear and angular velocity.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Twist {
-    /// m/s.
+    /// Linear velocity, m/s.
     pub linear: DVec3,
-    /// rad/s.
+    /// Angular velocity, rad/s.
     pub angular: DVec3,
 }
 
 /// Force and torque about the frame's origin.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Wrench {
-    /// N.
+    /// Force, N.
     pub force: DVec3,
-    /// N·m.
+    /// Torque about the origin of the frame, N·m.
     pub torque: DVec3,
 }
 

@@ -86,6 +86,16 @@ macro_rules! at {
 }
 pub(crate) use at;
 
+/// What `keys` describe where nothing is written: those with a fixed default first, then those that follow from these.
+pub(crate) fn blank<T: Default>(keys: &[Key<T>]) -> T {
+    let mut owner = T::default();
+    let (following, fixed): (Vec<&Key<T>>, _) = keys.iter().partition(|key| key.is_derived());
+    for key in fixed.into_iter().chain(following) {
+        key.set_default(&mut owner);
+    }
+    owner
+}
+
 impl<T> Key<T> {
     pub(crate) const fn new(
         name: &'static str,
@@ -115,6 +125,18 @@ impl<T> Key<T> {
             Fallback::Kept { .. } => Some((self.access.get)(owner)),
             Fallback::ByArchitecture { of, .. } | Fallback::Derived { of, .. } => Some(of(owner)),
         }
+    }
+
+    /// Gives the field its default, if there is one.
+    pub(crate) fn set_default(&self, owner: &mut T) {
+        if let Some(value) = self.default(owner) {
+            (self.access.set)(owner, value);
+        }
+    }
+
+    /// Whether the default depends on other keys.
+    pub(crate) fn is_derived(&self) -> bool {
+        matches!(self.fallback, Fallback::ByArchitecture { .. } | Fallback::Derived { .. })
     }
 
     /// The default in words, for the schema and the reference.
@@ -196,7 +218,7 @@ impl Kind {
     }
 
     /// `value`, if it is in range; −0 becomes 0, so that equal scenes have equal bytes.
-    fn admit(&self, value: Value) -> Option<Value> {
+    pub(crate) fn admit(&self, value: Value) -> Option<Value> {
         let value = match value {
             Value::Number(number) => Value::Number(number + 0.0),
             Value::Vector(vector) => Value::Vector(vector + glam::DVec3::ZERO),

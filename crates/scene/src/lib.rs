@@ -33,36 +33,40 @@
 //! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
 //! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`].
 
-pub mod access;
-mod blank;
+mod access;
 pub mod builtin;
 mod check;
 mod consistency;
-pub mod error;
+mod error;
 pub mod geometry;
 mod keys;
 pub mod limits;
-pub mod mass;
+mod mass;
 pub mod mechanism;
 pub mod mesh;
+mod meshes;
 pub mod names;
-pub mod overrides;
+mod overrides;
+mod ranges;
 pub mod reference;
 pub mod scene;
-pub mod schema;
+mod schema;
 pub mod soft_mesh;
-pub mod source;
+mod soft_source;
+mod source;
 pub mod time;
 mod tree;
 mod unknown;
-pub mod value;
-pub mod write;
+mod users;
+mod value;
+mod write;
 
 pub use access::with_override;
-pub use error::{SceneError, SceneErrors};
+pub use error::{Place, Problem, SceneError, SceneErrors};
 pub use mass::MassProperties;
-pub use overrides::Override;
+pub use overrides::{Override, OverrideError};
 pub use scene::Scene;
 pub use schema::json_schema;
 pub use source::{Source, load, parse, parse_bytes};
+pub use value::Value;
 pub use write::{link_file, scene_hash, to_toml};

@@ -14,11 +14,13 @@
 
 mod pantograph;
 mod phantom;
+mod workspace;
 
 use glam::{DMat3, DVec3};
 
 pub use pantograph::{Assembly, Pantograph};
 pub use phantom::Phantom;
+pub use workspace::Workspace;
 
 use crate::scene::{DeviceKind, DeviceSpec};
 
@@ -31,29 +33,6 @@ pub enum Mechanism {
     Pantograph(Pantograph),
     /// Spatial, three joints.
     Phantom(Phantom),
-}
-
-/// An upright box.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Workspace {
-    /// m.
-    pub centre: DVec3,
-    /// Half of its edges, m.
-    pub half_size: DVec3,
-}
-
-impl Workspace {
-    /// Whether `position` lies in it.
-    #[must_use]
-    pub fn contains(&self, position: DVec3) -> bool {
-        (position - self.centre).abs().cmple(self.half_size).all()
-    }
-
-    /// The nearest place in it.
-    #[must_use]
-    pub fn nearest(&self, position: DVec3) -> DVec3 {
-        position.clamp(self.centre - self.half_size, self.centre + self.half_size)
-    }
 }
 
 impl Mechanism {

@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 /// A host, counted from 0. Host `i` serves user `i`; host 0 (shown as `host1`) keeps the session's clock and,
 /// in the centralized architecture, is the server.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct HostIndex(pub u8);
 
 impl HostIndex {

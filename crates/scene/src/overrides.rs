@@ -34,7 +34,7 @@ impl Override {
         Self { key: key.to_owned(), node: read_value(&text, place) }
     }
 
-    /// The dotted key.
+    /// The key that is set, dotted.
     #[must_use]
     pub fn key(&self) -> &str {
         &self.key

@@ -19,12 +19,12 @@ pub struct KeyInfo {
     pub allowed: String,
     /// The default, in words.
     pub default: String,
-    /// One sentence.
+    /// What the key means, in one sentence.
     pub doc: &'static str,
 }
 
-/// All keys of a scene that are not in lists; each can be given to [`crate::overrides::Override`], and those that are
-/// numbers to [`crate::access::with_override`].
+/// All keys of a scene that are not in lists; each can be given to [`crate::Override`], and those that are
+/// numbers to [`crate::with_override`].
 #[must_use]
 pub fn keys() -> Vec<KeyInfo> {
     [infos(SCENE, ""), infos(IMPAIRMENT, LINK_IMPAIRMENT)].concat()

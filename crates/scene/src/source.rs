@@ -13,19 +13,19 @@ use crate::tree::{self, Content, Node, Table};
 use crate::{builtin, check, unknown};
 
 /// Longest scene or link file, in bytes.
-pub const LONGEST_TEXT: usize = 1 << 20;
+pub(crate) const LONGEST_TEXT: usize = 1 << 20;
 
 /// Where a scene comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// The name of a built-in scene.
     BuiltIn(String),
-    /// A file.
+    /// The file at this path.
     File(PathBuf),
     /// A text from anywhere else. It cannot include a link file, because texts also come over the network, and names
     /// mesh files by absolute paths only.
     Text {
-        /// The scene.
+        /// The scene as TOML.
         text: String,
         /// What messages call it.
         label: String,

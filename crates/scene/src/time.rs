@@ -58,6 +58,13 @@ pub struct RateError {
 
 const LARGEST_RATE_TERM: u64 = 1_000_000_000_000;
 
+impl Default for Rate {
+    /// 1 Hz.
+    fn default() -> Self {
+        Self { numerator: 1, denominator: 1 }
+    }
+}
+
 impl Rate {
     /// `numerator / denominator` hertz.
     ///

@@ -5,24 +5,20 @@ use std::fmt;
 use glam::DVec3;
 
 use crate::names::HostIndex;
-use crate::scene::{
-    Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, ShapeKind,
-    SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
-};
 use crate::time::Rate;
 
 /// The value of a scene key. Units are in the key's name.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Value {
-    /// A number.
+    /// A number, in the unit of its key.
     Number(f64),
-    /// A whole number.
+    /// A whole number, 0 or more.
     Count(u64),
     /// An exact rate, Hz.
     Rate(Rate),
     /// A text, or one of several words.
     Text(String),
-    /// Yes or no.
+    /// Whether something is so.
     Flag(bool),
     /// A vector in the world frame.
     Vector(DVec3),
@@ -122,61 +118,39 @@ impl Field for HostIndex {
     }
 }
 
-/// A word out of a fixed few.
+/// A field that is one of a few words, which [`choice!`] gives to an enum.
 pub(crate) trait Choice {
     const WORDS: &'static [&'static str];
 }
 
 macro_rules! choice {
     ($kind:ident { $($word:literal => $variant:ident),+ }) => {
-        impl Choice for $kind {
+        impl $crate::value::Choice for $kind {
             const WORDS: &'static [&'static str] = &[$($word),+];
         }
-        impl Field for $kind {
-            fn value(&self) -> Value {
-                Value::Text(match self { $(Self::$variant => $word),+ }.to_owned())
+        impl Default for $kind {
+            /// The first: what the field holds until its key is read.
+            fn default() -> Self {
+                [$(Self::$variant),+][0]
             }
-            fn assign(&mut self, value: Value) {
+        }
+        /// The word that a scene has for it.
+        impl std::fmt::Display for $kind {
+            fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+                formatter.write_str(match self { $(Self::$variant => $word),+ })
+            }
+        }
+        impl $crate::value::Field for $kind {
+            fn value(&self) -> $crate::value::Value {
+                $crate::value::Value::Text(self.to_string())
+            }
+            fn assign(&mut self, value: $crate::value::Value) {
                 match value {
-                    $(Value::Text(word) if word == $word => *self = Self::$variant,)+
+                    $($crate::value::Value::Text(word) if word == $word => *self = Self::$variant,)+
                     _ => (),
                 }
             }
         }
     };
 }
-choice!(Architecture { "centralized" => Centralized, "distributed" => Distributed });
-choice!(Coordination { "pairwise" => Pairwise, "average" => Average });
-choice!(Integrator { "exact-hold" => ExactHold, "semi-implicit-euler" => SemiImplicitEuler });
-choice!(PlayOut { "scheduled" => Scheduled, "on-arrival" => OnArrival });
-choice!(WallSides { "two" => Two, "one" => One });
-choice!(Space { "line" => Line, "plane" => Plane, "space" => Space });
-choice!(DeviceKind { "point" => Point, "pantograph" => Pantograph, "phantom" => Phantom });
-choice!(VelocityEstimate { "exact" => Exact, "difference" => Difference, "filtered" => Filtered });
-choice!(ShapeKind {
-    "point" => Point,
-    "ball" => Ball,
-    "box" => Box,
-    "capsule" => Capsule,
-    "hull" => Hull,
-    "mesh" => Mesh
-});
-choice!(SoftModel {
-    "none" => None,
-    "mass-spring" => MassSpring,
-    "corotational" => Corotational,
-    "balloon" => Balloon
-});
-choice!(SoftMeshKind {
-    "file" => File,
-    "beam" => Beam,
-    "block" => Block,
-    "ball" => Ball,
-    "balloon" => Balloon,
-    "organ" => Organ,
-    "spring" => Spring
-});
-choice!(LocalModelKind { "hold" => Hold, "p" => P, "pi" => Pi, "compliance" => Compliance });
-choice!(StiffnessFrom { "body" => Body, "estimate" => Estimate });
-choice!(ReturnedForce { "first" => First, "mean" => Mean, "last" => Last });
-choice!(SurfaceHold { "zero" => Zero, "first" => First });
+pub(crate) use choice;

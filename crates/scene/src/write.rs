@@ -5,13 +5,12 @@ use std::fmt::Write as _;
 use glam::DVec3;
 use xxhash_rust::xxh3::xxh3_64;
 
-use crate::blank;
-use crate::keys::Key;
 use crate::keys::parts::{
     BODY, DO, FINGER, FINGER_LIST, FIXED, IMPAIRMENT, PLANE, SCRIPT, USER, WAY, kind_of,
 };
 use crate::keys::scene::{BODY_LIST, FIXED_LIST, LINK_IMPAIRMENT, PLANE_LIST, SCENE, USER_LIST, WAY_LIST};
-use crate::scene::{Action, Impairment, Scene, Shape, SoftMeshKind, User};
+use crate::keys::{Key, blank};
+use crate::scene::{Action, Impairment, Scene, SceneValues, Shape, SoftMeshKind, User};
 use crate::soft_mesh::SoftMesh;
 use crate::value::Value;
 
@@ -103,7 +102,7 @@ impl Document {
         self.push(format_args!("{name} = {value}\n"));
     }
 
-    fn lists(&mut self, scene: &Scene, for_reading: bool) {
+    fn lists(&mut self, scene: &SceneValues, for_reading: bool) {
         for way in &scene.link.ways {
             self.list_element(WAY_LIST.0);
             self.lines(WAY, way, for_reading);
@@ -132,7 +131,7 @@ impl Document {
         self.list_element(USER_LIST.0);
         self.lines(USER, user, for_reading);
         self.script(&user.script);
-        if user.fingers == [blank::finger()] {
+        if user.fingers == [blank(FINGER)] {
             return;
         }
         for finger in &user.fingers {

@@ -15,13 +15,10 @@ use crate::implicit::{ImplicitBody, Parts};
 use crate::membrane::Membrane;
 use crate::mesh;
 
-/// Stretches of the skin at rest with which it is stable whatever is around it.
-const STRETCHES: std::ops::Range<f64> = 1.001..2.0;
-
 /// The body of a scene whose `soft.model` is `balloon`.
 ///
 /// # Errors
-/// When the mesh is not the skin of a volume, the skin is not stretched or too far, nothing holds it, or it does not come to rest.
+/// When the mesh is not the skin of a volume, nothing holds it, or it does not come to rest.
 pub(crate) fn balloon(scene: &Scene) -> Result<ImplicitBody<Membrane>, SoftError> {
     let (soft, mesh) = (&scene.soft, scene.soft.mesh());
     let enclosed = Enclosed::new(&mesh.nodes_m, &mesh.triangles);
@@ -50,7 +47,7 @@ pub(crate) fn balloon(scene: &Scene) -> Result<ImplicitBody<Membrane>, SoftError
 }
 
 fn check(scene: &Scene, enclosed: &Enclosed) -> Result<(), SoftError> {
-    let (soft, mesh) = (&scene.soft, scene.soft.mesh());
+    let mesh = scene.soft.mesh();
     let unsuitable = |text: String| Err(SoftError::Unsuitable(text));
     if !mesh.tetrahedra.is_empty() {
         let found = mesh.tetrahedra.len();
@@ -60,13 +57,6 @@ fn check(scene: &Scene, enclosed: &Enclosed) -> Result<(), SoftError> {
         let volume = enclosed.volume_m3;
         return unsuitable(format!(
             "a balloon's skin must be closed around a volume; found one of {volume} m³"
-        ));
-    }
-    if !STRETCHES.contains(&soft.skin_stretch) {
-        let (found, least, most) = (soft.skin_stretch, STRETCHES.start, STRETCHES.end);
-        return unsuitable(format!(
-            "soft.skin_stretch must be at least {least}, or the skin has no tension, and less than {most}, where the \
-             pressure of such a skin falls as it grows; found {found}"
         ));
     }
     Ok(())

@@ -2,6 +2,9 @@
 
 mod allocation;
 pub mod meshes;
+mod random;
 pub mod scenes;
 
 pub use allocation::{allocations, deallocations};
+pub use random::Random;
+pub use scenes::built_in;

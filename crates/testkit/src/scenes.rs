@@ -3,14 +3,29 @@
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
     Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, PlayOut,
-    RotationalSpringDamper, Scene, ShapeKind, Space, SpringDamper, User, WallSides, Way,
+    RotationalSpringDamper, Scene, SceneValues, ShapeKind, Space, SpringDamper, User, WallSides, Way,
 };
+use cotouch_scene::{Override, load};
 use glam::DVec3;
 use proptest::prelude::*;
+
+/// A built-in scene with overrides (`key=value`).
+///
+/// # Panics
+/// When there is no such scene, or an override is wrong.
+pub fn built_in(name: &str, overrides: &[&str]) -> Scene {
+    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().expect("an override")).collect();
+    load(name, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
+}
 
 /// A spring (N/m) beside a damper (N·s/m).
 pub fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
     SpringDamper { stiffness_n_per_m, damping_n_s_per_m }
+}
+
+/// The scene with `change` made to its values, which must be allowed.
+pub fn edited(scene: &Scene, change: impl FnOnce(&mut SceneValues)) -> Scene {
+    scene.edit(change).unwrap()
 }
 
 /// Table 6.1 of the thesis, n = 0.
@@ -19,11 +34,11 @@ pub fn table_6_1(architecture: Architecture) -> Scene {
         Architecture::Centralized => "single-axis-centralized",
         Architecture::Distributed => "single-axis",
     };
-    let mut scene = cotouch_scene::load(name, &[]).unwrap();
-    scene.link.delay_periods = 0;
-    scene.wall.sides = WallSides::Two;
-    scene.users = users(2);
-    scene
+    edited(&load(name, &[]).unwrap(), |scene| {
+        scene.link.delay_periods = 0;
+        scene.wall.sides = WallSides::Two;
+        scene.users = users(2);
+    })
 }
 
 /// So many users with one free finger each, who do nothing.
@@ -44,16 +59,13 @@ pub fn finger(position_m: DVec3) -> Finger {
 }
 
 /// The scene with so many users who do nothing.
-pub fn with_users(mut scene: Scene, count: u8) -> Scene {
-    scene.session.users = count;
-    scene.users = users(count);
-    scene
+pub fn with_users(scene: Scene, count: u8) -> Scene {
+    edited(&scene, |scene| (scene.session.users, scene.users) = (count, users(count)))
 }
 
 /// Tick and network rate with N ticks a network step.
-pub fn with_ratio(mut scene: Scene, ratio: u32) -> Scene {
-    scene.rates.network_hz = format!("1024/{ratio}").parse().unwrap();
-    scene
+pub fn with_ratio(scene: Scene, ratio: u32) -> Scene {
+    edited(&scene, |scene| scene.rates.network_hz = format!("1024/{ratio}").parse().unwrap())
 }
 
 /// A link that delays (s) and spares everything else.
@@ -68,47 +80,44 @@ pub fn way(from: u8, to: u8, latency_s: f64) -> Way {
 
 /// Chapter 5: b = 10 N·s/m in every coupler.
 pub fn chapter_5(architecture: Architecture, k: [f64; 3], n: u32) -> Scene {
-    let mut scene = table_6_1(architecture);
-    scene.coupling = Coupling {
-        hand_object: spring(k[0], 10.0),
-        remote_hand_object: spring(k[1], 10.0),
-        object_object: spring(k[2], 10.0),
-        ..scene.coupling
-    };
-    scene.link.delay_periods = n;
-    scene
+    edited(&table_6_1(architecture), |scene| {
+        scene.coupling.hand_object = spring(k[0], 10.0);
+        scene.coupling.remote_hand_object = spring(k[1], 10.0);
+        scene.coupling.object_object = spring(k[2], 10.0);
+        scene.link.delay_periods = n;
+    })
 }
 
 /// Two users with two fingers each hold a box in the plane: Tables 8.1 and 8.2 of the thesis, hands of 5 N·s/m that track
 /// with 200 N/m, n = 1.
 pub fn grasp(architecture: Architecture) -> Scene {
-    let mut scene = table_6_1(architecture);
-    scene.link.delay_periods = 1;
-    scene.space = Space::Plane;
-    scene.hand.damping_n_s_per_m = 5.0;
-    scene.hand.finger_radius_m = 0.008;
-    scene.object.mass_kg = 0.4;
-    scene.object.shape.kind = ShapeKind::Box;
-    scene.object.shape.size_m = DVec3::new(0.15, 0.1, 0.05);
-    scene.contact.static_friction = 0.6;
-    scene.contact.dynamic_friction = 0.6;
-    scene.coupling = Coupling {
-        hand_object: spring(800.0, 3.0),
-        remote_hand_object: spring(800.0, 3.0),
-        object_object: spring(400.0, 8.0),
-        hand_object_tangential: spring(1200.0, 10.0),
-        remote_hand_object_tangential: spring(1200.0, 10.0),
-        object_object_rotational: RotationalSpringDamper {
-            stiffness_n_m_per_rad: 10.0,
-            damping_n_m_s_per_rad: 0.1,
-        },
-    };
-    for (user, x) in scene.users.iter_mut().zip([-0.03, 0.03]) {
-        user.fingers = vec![finger(DVec3::new(x, -0.073, 0.0)), finger(DVec3::new(x, 0.073, 0.0))];
-        user.tracking = spring(200.0, 2.0);
-        user.script = vec![grasp_action(2.0)];
-    }
-    scene
+    edited(&table_6_1(architecture), |scene| {
+        scene.link.delay_periods = 1;
+        scene.space = Space::Plane;
+        scene.hand.damping_n_s_per_m = 5.0;
+        scene.hand.finger_radius_m = 0.008;
+        scene.object.mass_kg = 0.4;
+        scene.object.shape.kind = ShapeKind::Box;
+        scene.object.shape.size_m = DVec3::new(0.15, 0.1, 0.05);
+        scene.contact.static_friction = 0.6;
+        scene.contact.dynamic_friction = 0.6;
+        scene.coupling = Coupling {
+            hand_object: spring(800.0, 3.0),
+            remote_hand_object: spring(800.0, 3.0),
+            object_object: spring(400.0, 8.0),
+            hand_object_tangential: spring(1200.0, 10.0),
+            remote_hand_object_tangential: spring(1200.0, 10.0),
+            object_object_rotational: RotationalSpringDamper {
+                stiffness_n_m_per_rad: 10.0,
+                damping_n_m_s_per_rad: 0.1,
+            },
+        };
+        for (user, x) in scene.users.iter_mut().zip([-0.03, 0.03]) {
+            user.fingers = vec![finger(DVec3::new(x, -0.073, 0.0)), finger(DVec3::new(x, 0.073, 0.0))];
+            user.tracking = spring(200.0, 2.0);
+            user.script = vec![grasp_action(2.0)];
+        }
+    })
 }
 
 /// Closing on the object with a force (N).
@@ -124,29 +133,29 @@ pub fn any_scene() -> impl Strategy<Value = Scene> {
         let (distributed, users, n, ratio, [grounded, average, euler, on_arrival]) = shape;
         let (k1, b1, k2, b2, mass_kg, damping_n_s_per_m) = gains;
         let architecture = if distributed { Architecture::Distributed } else { Architecture::Centralized };
-        let mut scene = with_ratio(with_users(table_6_1(architecture), users), ratio);
-        scene.coupling.hand_object = spring(k1, b1);
-        scene.coupling.remote_hand_object = spring(k2, b2);
-        scene.coupling.object_object = spring(k2, b1);
-        scene.hand.mass_kg = mass_kg;
-        scene.object.damping_n_s_per_m = damping_n_s_per_m;
-        scene.link.delay_periods = n;
-        if grounded {
-            scene.hand.stiffness_n_per_m = 100.0;
-        }
-        if average {
-            scene.session.coordination = Coordination::Average;
-        }
-        if euler {
-            scene.session.integrator = Integrator::SemiImplicitEuler;
-        }
-        if on_arrival {
-            scene.link.play_out = PlayOut::OnArrival;
-        }
-        let [a, b, c, d] = latencies;
-        scene.link.ways = vec![way(0, 1, a), way(1, 0, b)];
-        scene.link.impairment.latency_s = c.min(d);
-        scene
+        edited(&with_ratio(with_users(table_6_1(architecture), users), ratio), |scene| {
+            scene.coupling.hand_object = spring(k1, b1);
+            scene.coupling.remote_hand_object = spring(k2, b2);
+            scene.coupling.object_object = spring(k2, b1);
+            scene.hand.mass_kg = mass_kg;
+            scene.object.damping_n_s_per_m = damping_n_s_per_m;
+            scene.link.delay_periods = n;
+            if grounded {
+                scene.hand.stiffness_n_per_m = 100.0;
+            }
+            if average {
+                scene.session.coordination = Coordination::Average;
+            }
+            if euler {
+                scene.session.integrator = Integrator::SemiImplicitEuler;
+            }
+            if on_arrival {
+                scene.link.play_out = PlayOut::OnArrival;
+            }
+            let [a, b, c, d] = latencies;
+            scene.link.ways = vec![way(0, 1, a), way(1, 0, b)];
+            scene.link.impairment.latency_s = c.min(d);
+        })
     })
 }
 

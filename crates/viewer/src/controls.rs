@@ -1,8 +1,8 @@
 //! The lesson's controls: which settings of a scene can be moved, how far, and what they are in plain words.
 
 use cotouch_scene::builtin;
-use cotouch_scene::scene::{Architecture, Scene, ShapeKind, SoftMeshKind};
-use cotouch_scene::value::Value;
+use cotouch_scene::scene::{Architecture, ShapeKind, SoftMeshKind};
+use cotouch_scene::{Scene, Value};
 
 use crate::control::Control;
 use crate::setting::{Setting, Settings, shortened};

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use cotouch_host::output::ContactRecord;
+use cotouch_host::ContactRecord;
 use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_runtime::recording::{RecordingError, RecordingReader};
 use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};

@@ -1,7 +1,7 @@
 //! The surface of a soft object as pages draw it: what stays (triangles, where its vertices rest), and how what moves is
 //! packed.
 
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::soft_mesh::SoftMesh;

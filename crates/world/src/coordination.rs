@@ -23,7 +23,7 @@ mod scheme;
 
 use std::sync::Arc;
 
-use cotouch_scene::scene::{Coordination, Coupling, Scene};
+use cotouch_scene::scene::{Coordination, Coupling, SceneValues};
 
 pub use scheme::{CouplingGains, OwnMotion, Scheme, SchemeSize, StepInput, TickInput, TickMotion};
 
@@ -32,7 +32,7 @@ use pairwise::Pairwise;
 
 /// The scheme that a scene asks for, with the gains of one kind of channel.
 #[must_use]
-pub fn scheme(scene: &Scene, gains: CouplingGains) -> Arc<dyn Scheme> {
+pub fn scheme(scene: &SceneValues, gains: CouplingGains) -> Arc<dyn Scheme> {
     match scene.session.coordination {
         Coordination::Pairwise => Arc::new(Pairwise::new(gains)),
         Coordination::Average => Arc::new(Average::new(gains)),

@@ -1,16 +1,16 @@
 //! Which sets of contacts are analysed.
 
-use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::SceneValues;
 
 use super::{ContactMode, compile_at};
 use crate::operating_point::Settled;
 
 /// At most so many modes are analysed one by one.
-const MOST_MODES: usize = 256;
+const MAX_MODES: usize = 256;
 
 /// Every contact mode, the free one first, and what was left out, in plain sentences.
-pub(crate) fn modes(scene: &Scene) -> (Vec<ContactMode>, Vec<String>) {
+pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {
     let settled = Settled::of(scene);
     let mut notes = settled.notes.clone();
     let walls = wall_sets(&settled, &mut notes);
@@ -45,7 +45,7 @@ fn wall_sets(settled: &Settled, notes: &mut Vec<String>) -> Vec<Option<usize>> {
 
 fn finger_sets(settled: &Settled, walls: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
     let users: Vec<HostIndex> = settled.grips.iter().map(|grip| grip.user).collect();
-    sets_of_fingers(&users, MOST_MODES / walls, notes)
+    sets_of_fingers(&users, MAX_MODES / walls, notes)
 }
 
 /// Every set of fingers, given whose each is; where these are too many, the ones nearest to none and to all.

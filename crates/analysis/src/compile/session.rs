@@ -2,17 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use cotouch_scene::Scene;
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{
-    Action, Architecture, Coordination, PlayOut, RotationalSpringDamper, Space, SpringDamper,
-    VelocityEstimate,
+    Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
 };
+use cotouch_world::coordination::{self, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
 use super::endpoint_mass;
-use crate::contact::{Gains, Geometry, Linear, couple_copies, damp};
+use crate::contact::{ChannelGains, Gains, Geometry, Linear, couple_copies, damp};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
     Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
@@ -28,7 +27,7 @@ const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
 /// A session that is being written down.
 pub(super) struct Session<'a> {
-    scene: &'a Scene,
+    scene: &'a SceneValues,
     point: &'a OperatingPoint,
     bodies: Vec<cotouch_scene::scene::Body>,
     spec: LoopSpec,
@@ -48,7 +47,7 @@ struct Touch {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(scene: &'a Scene, point: &'a OperatingPoint) -> Self {
+    pub(super) fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
         let mut session = Self {
             scene,
             point,
@@ -260,33 +259,29 @@ impl<'a> Session<'a> {
         }
     }
 
-    /// What keeps the copies at `host` together with all others.
+    /// What keeps the copies at `host` together with all others: the coordination scheme.
     fn add_couplers(&mut self, host: HostIndex) {
-        let coupling = &self.scene.coupling;
-        let share = match self.scene.session.coordination {
-            Coordination::Pairwise => 1.0,
-            // k_o·(mean − x_i) = Σ_j k_o/U·(x_j − x_i), the own copy adding nothing.
-            Coordination::Average => 1.0 / f64::from(self.scene.session.users),
-        };
-        let spring = SpringDamper {
-            stiffness_n_per_m: coupling.object_object.stiffness_n_per_m * share,
-            damping_n_s_per_m: coupling.object_object.damping_n_s_per_m * share,
-        };
-        let rotational = RotationalSpringDamper {
-            stiffness_n_m_per_rad: coupling.object_object_rotational.stiffness_n_m_per_rad * share,
-            damping_n_m_s_per_rad: coupling.object_object_rotational.damping_n_m_s_per_rad * share,
-        };
+        let channels = gains_of_channels(self.scene);
         for from in host.others(self.scene.session.users) {
             for body in 0..self.bodies.len() {
                 let copies = (self.copies[host.index()][body], self.copies[from.index()][body]);
                 let (Some(near), Some(far)) = copies else { continue };
                 let line = self.held(host, from, Part::Object(body as u8), far);
                 let axes = self.spec.bodies[near.0].axes;
-                let turned = |host: HostIndex| self.point.poses[host.index()][body].orientation;
-                let apart = turned(from) * turned(host).conjugate();
+                let orientation = |host: HostIndex| self.point.poses[host.index()][body].orientation;
+                let start = DQuat::from_scaled_axis(self.bodies[body].rotation_rad);
+                let turned = (
+                    orientation(from) * orientation(host).conjugate(),
+                    orientation(host) * start.conjugate(),
+                );
                 let mut force = Coupling::new(axes.len());
-                let near_motion = (Motion::Current(near), axes);
-                couple_copies(&mut force, near_motion, Motion::Held(line), spring, rotational, apart);
+                couple_copies(
+                    &mut force,
+                    (Motion::Current(near), axes),
+                    Motion::Held(line),
+                    channels,
+                    turned,
+                );
                 self.act(near, force);
             }
         }
@@ -300,6 +295,20 @@ impl<'a> Session<'a> {
             spec.line(Line { host, from, part, signal: Signal::Motion(body), delay })
         })
     }
+}
+
+/// What the scheme's channels for translation and for rotation add to the wrench on an own copy, for each other one.
+fn gains_of_channels(scene: &SceneValues) -> [ChannelGains; 2] {
+    coordination::gains(&scene.coupling).map(|gains| {
+        let scheme = coordination::scheme(scene, gains);
+        let weight = scheme.weight(f64::from(scene.session.users) - 1.0);
+        let force = scheme.tick_block().d;
+        let gain = |input: TickInput| force[(0, input as usize)] * weight;
+        ChannelGains {
+            apart: [gain(TickInput::ApartPosition), gain(TickInput::ApartVelocity)],
+            own: [gain(TickInput::OwnPosition), gain(TickInput::OwnVelocity)],
+        }
+    })
 }
 
 fn names(host: HostIndex, part: Part, axes: &'static [Dof]) -> Vec<Coordinate> {
@@ -324,7 +333,7 @@ fn body_axes(space: Space, turns: bool) -> &'static [Dof] {
 }
 
 /// The constant delay of samples from one host to another.
-pub(crate) fn delay(scene: &Scene, from: HostIndex, to: HostIndex) -> Delay {
+pub(crate) fn delay(scene: &SceneValues, from: HostIndex, to: HostIndex) -> Delay {
     let latency_s = scene.impairment(from, to).latency_s;
     let transit_ticks =
         ((latency_s - INSTANT_RESOLUTION_S) * scene.rates.control_hz.hz()).ceil().max(0.0) as u64;

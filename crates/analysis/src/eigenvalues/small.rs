@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix};
 use pulp::Arch;
 
 /// Iterations for one eigenvalue or pair; three or four is usual.
-const MOST_ITERATIONS: usize = 60;
+const MAX_ITERATIONS: usize = 60;
 const EXCEPTIONAL: usize = 10;
 
 /// All eigenvalues of a square matrix; `None` where the iteration did not converge or overflowed.
@@ -114,7 +114,7 @@ impl Square {
         values: &mut Vec<Complex<f64>>,
     ) -> Option<usize> {
         let last = rest - 1;
-        for iteration in 0..MOST_ITERATIONS {
+        for iteration in 0..MAX_ITERATIONS {
             let first = self.first_of_block(last, norm);
             let x = self.at(last, last);
             if first == last {

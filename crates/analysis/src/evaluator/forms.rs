@@ -15,14 +15,14 @@ const ROUNDING: f64 = 2e-15;
 
 /// Values of the keys from which forms are made: powers of 2, so that nothing is rounded that need not be, and far
 /// apart, so that the rounding of a large constant does not pass for a slope.
-const LEAST: f64 = 1.0;
-const MOST: f64 = 512.0;
+const MIN: f64 = 1.0;
+const MAX: f64 = 512.0;
 
 /// All pairs of these.
 pub(super) fn fit_points(keys: usize) -> Vec<Vec<f64>> {
     match keys {
-        1 => vec![vec![LEAST], vec![MOST]],
-        _ => vec![vec![LEAST, LEAST], vec![MOST, LEAST], vec![LEAST, MOST], vec![MOST, MOST]],
+        1 => vec![vec![MIN], vec![MAX]],
+        _ => vec![vec![MIN, MIN], vec![MAX, MIN], vec![MIN, MAX], vec![MAX, MAX]],
     }
 }
 
@@ -41,7 +41,7 @@ impl Form {
 
     fn fitted(fit: &[f64], reciprocal: [bool; 2]) -> Self {
         let arguments = |index: usize| {
-            if reciprocal[index] { (LEAST.recip(), MOST.recip()) } else { (LEAST, MOST) }
+            if reciprocal[index] { (MIN.recip(), MAX.recip()) } else { (MIN, MAX) }
         };
         let (u, v) = (arguments(0), arguments(1));
         let coefficients = match *fit {

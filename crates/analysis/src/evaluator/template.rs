@@ -3,8 +3,7 @@
 use std::ops::RangeInclusive;
 use std::sync::Mutex;
 
-use cotouch_scene::Scene;
-use cotouch_scene::access::with_override;
+use cotouch_scene::{Scene, with_override};
 use nalgebra::DMatrix;
 
 use super::forms::{Form, fit_points};

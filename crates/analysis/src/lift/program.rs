@@ -47,7 +47,8 @@ pub(crate) struct Program {
     pub(super) rings: Vec<Ring>,
     /// How many states the bodies have.
     pub(super) states: usize,
-    pub(super) columns: usize,
+    /// Numbers of the state.
+    pub(super) size: usize,
 }
 
 /// Where a body's numbers lie.
@@ -117,7 +118,7 @@ impl Program {
             blocks: Vec::new(),
             rings: Vec::new(),
             states: spec.bodies.iter().map(|body| body.states.len()).sum(),
-            columns: layout.coordinates.len(),
+            size: layout.coordinates.len(),
         };
         program.add_bodies(spec, layout);
         program.add_forces(spec, layout);
@@ -240,9 +241,7 @@ impl Program {
                 Signal::Force(coupling) => self.add_coupling(&mut numbers, spec, layout, coupling),
             }
             self.registers.push(numbers);
-            let steps = spec.ticks_per_pattern() / spec.schedule.ticks_per_pattern();
-            let steps = (steps * spec.schedule.steps_per_pattern()) as i64;
-            self.add_ring(register.numbers, register.length, register.first, steps);
+            self.add_ring(register.numbers, register.length, register.first, spec.network_steps() as i64);
         }
     }
 

@@ -88,6 +88,7 @@ impl Run {
     /// Compiled for the vector instructions of this processor, which is why a tick's sums are inlined.
     pub(crate) fn pattern(&mut self, program: &Program) -> DMatrix<f64> {
         self.start(program);
+        self.visit(program, false, &mut |place, row| row[place] = 1.0);
         pulp::Arch::new().dispatch(|| {
             for (index, tick) in program.timetable.ticks.iter().enumerate() {
                 self.tick(program, index, tick);
@@ -97,7 +98,7 @@ impl Run {
     }
 
     fn start(&mut self, program: &Program) {
-        let columns = program.columns;
+        let columns = program.size;
         self.states.clear(program.states, columns);
         self.next_states.clear(program.states, columns);
         self.samples.clear(program.sample_rows(), columns);
@@ -112,15 +113,19 @@ impl Run {
         self.held.resize(program.ways(), i64::MIN);
         self.shares.clear();
         self.shares.resize(program.ways(), 1.0);
+    }
+
+    /// Every number of the state with its place, at the start or the end of the pattern.
+    fn visit(&mut self, program: &Program, at_end: bool, act: &mut dyn FnMut(usize, &mut [f64])) {
         for state in 0..program.states {
-            self.states.row_mut(state)[state] = 1.0;
+            act(state, self.states.row_mut(state));
         }
-        for (place, row) in program.rings.iter().flat_map(|ring| ring.places(false)) {
-            self.samples.row_mut(row)[place] = 1.0;
+        for (place, row) in program.rings.iter().flat_map(|ring| ring.places(at_end)) {
+            act(place, self.samples.row_mut(row));
         }
         for block in &program.blocks {
             for state in 0..block.law.states() {
-                self.block_states.row_mut(block.state + state)[block.place + state] = 1.0;
+                act(block.place + state, self.block_states.row_mut(block.state + state));
             }
         }
     }
@@ -255,25 +260,14 @@ impl Run {
         std::mem::swap(&mut self.states, &mut self.next_states);
     }
 
-    fn matrix(&self, program: &Program) -> DMatrix<f64> {
-        let columns = program.columns;
-        let mut matrix = DMatrix::zeros(columns, columns);
-        let mut set = |place: usize, row: &[f64]| {
-            for (element, &value) in matrix.as_mut_slice()[place..].iter_mut().step_by(columns).zip(row) {
+    fn matrix(&mut self, program: &Program) -> DMatrix<f64> {
+        let rows = program.size;
+        let mut matrix = DMatrix::zeros(rows, rows);
+        self.visit(program, true, &mut |place, row| {
+            for (element, &value) in matrix.as_mut_slice()[place..].iter_mut().step_by(rows).zip(&*row) {
                 *element = value;
             }
-        };
-        for state in 0..program.states {
-            set(state, self.states.row(state));
-        }
-        for (place, row) in program.rings.iter().flat_map(|ring| ring.places(true)) {
-            set(place, self.samples.row(row));
-        }
-        for block in &program.blocks {
-            for state in 0..block.law.states() {
-                set(block.place + state, self.block_states.row(block.state + state));
-            }
-        }
+        });
         matrix
     }
 }

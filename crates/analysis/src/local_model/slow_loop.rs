@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, RowDVector};
 
 use super::polynomial::Polynomial;
-use super::{LocalModel, LocalModelError, MOST_TICKS, ReturnedForce, SurfaceHold};
+use super::{LocalModel, LocalModelError, MAX_TICKS, ReturnedForce, SurfaceHold};
 
 /// How the slow loop is closed: N, which force the simulation takes, and how the surface follows its results.
 #[derive(Clone, Debug, PartialEq)]
@@ -173,5 +173,5 @@ impl SlowLoop {
 }
 
 fn check_ratio(ratio: usize) -> Result<(), LocalModelError> {
-    if (1..=MOST_TICKS).contains(&ratio) { Ok(()) } else { Err(LocalModelError::Ratio(ratio)) }
+    if (1..=MAX_TICKS).contains(&ratio) { Ok(()) } else { Err(LocalModelError::Ratio(ratio)) }
 }

@@ -45,9 +45,9 @@ pub struct Settling {
 }
 
 /// Longest response that is recorded, ticks.
-const MOST_RECORDED: f64 = 5e6;
+const MAX_RECORDED: f64 = 5e6;
 /// Longest response that is waited for, ticks.
-const MOST_WAITED_FOR: f64 = 2e7;
+const MAX_WAITED_FOR: f64 = 2e7;
 
 impl Step {
     /// The response over `duration_s`, or over a time that shows it settle or grow, 1 to 20 s.
@@ -60,8 +60,8 @@ impl Step {
         let duration_s = duration_s.unwrap_or_else(|| self.telling_duration_s(&settling));
         let ticks = (duration_s / self.period_s).round() + 1.0;
         // Also where the duration is no number.
-        if !(1.0..=MOST_RECORDED).contains(&ticks) {
-            return Err(LocalModelError::TooLong(ticks, MOST_RECORDED));
+        if !(1.0..=MAX_RECORDED).contains(&ticks) {
+            return Err(LocalModelError::TooLong(ticks, MAX_RECORDED));
         }
         let samples = simulation.run(std::iter::repeat_n(self.input_m, ticks as usize));
         Ok(StepResponse { samples, settling })
@@ -84,7 +84,7 @@ impl Step {
         let stable = self.slow_loop.is_stable(&self.model);
         // Twenty more for what the powers of a multiple root have in front of them.
         let periods = if stable { OVER.ln() / spectral_radius.ln() + 20.0 } else { 400.0 };
-        let ticks = (periods * self.slow_loop.ratio() as f64).min(MOST_WAITED_FOR) as u64;
+        let ticks = (periods * self.slow_loop.ratio() as f64).min(MAX_WAITED_FOR) as u64;
         let mut state = State::default();
         let (mut outside_5, mut outside_2, mut highest) = (None, None, 0.0_f64);
         for tick in 0..ticks {

@@ -1,7 +1,6 @@
 //! One direction of a map: its values, and where a coarse look at them may skip some.
 
-use cotouch_scene::Scene;
-use cotouch_scene::value::Value;
+use cotouch_scene::{Scene, Value};
 
 use crate::sweep::Sweep;
 

@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use cotouch_scene::scene::Architecture;
+use cotouch_scene::scene::SceneValues;
 use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
 use rayon::prelude::*;
@@ -18,7 +19,7 @@ use crate::sweep::{Sweep, SweepError};
 /// Changed scenes are looked at on a grid of so many points a direction.
 const LOOKS: usize = 12;
 /// So many changes are told of.
-const MOST_CHANGES: usize = 3;
+const MAX_CHANGES: usize = 3;
 /// What grows by less than this a pattern is not said to grow.
 const GROWTH: f64 = 1e-4;
 
@@ -117,7 +118,7 @@ impl Map<'_> {
             .filter(|(share, _)| *share > 0.0)
             .collect();
         helpful.sort_by(|a, b| b.0.total_cmp(&a.0));
-        helpful.truncate(MOST_CHANGES);
+        helpful.truncate(MAX_CHANGES);
         let told: Vec<String> = helpful
             .iter()
             .map(|(share, name)| format!("{:.0} % with {name}", (100.0 * share).max(1.0)))
@@ -152,10 +153,8 @@ impl Map<'_> {
         let network = scene.rates.network_hz;
         if !self.is_swept("rates.network_hz")
             && let Ok(doubled) = Rate::new(2 * network.numerator(), network.denominator())
-            && cotouch_scene::time::Schedule::new(scene.rates.control_hz, doubled).is_ok()
+            && let Ok(changed) = scene.edit(|changed| changed.rates.network_hz = doubled)
         {
-            let mut changed = scene.clone();
-            changed.rates.network_hz = doubled;
             changes.push((format!("rates.network_hz = {doubled} instead of {network}"), changed));
         }
         changes
@@ -190,6 +189,7 @@ fn growth_of(scene: &Scene, damper: &Gain) -> Option<f64> {
             alone = with_override(&alone, gain.key, 0.0).ok()?;
         }
     }
+    let mut alone = SceneValues::clone(&alone);
     alone.hand.stiffness_n_per_m = 0.0;
     alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
     compile(&alone).into_iter().try_fold(0.0_f64, |largest, mode| {

@@ -5,11 +5,11 @@ use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};
 
 use super::{Found, is_stable};
-use crate::compile::compile;
 use crate::loop_spec::{Delay, Line, LoopSpec};
+use crate::modes::contact_modes;
 use crate::poles::analyze_loop;
+use crate::soft::Bodies;
 use crate::sweep::SweepError;
-use crate::verdict::AnalysisError;
 
 /// The longest delay that a scene can have, network periods.
 const LONGEST: u32 = 64;
@@ -19,12 +19,6 @@ pub(super) fn margin(scene: &Scene) -> Result<Found<f64>, SweepError> {
     if schedule.steps_per_pattern() != 1 && scene.link.play_out == PlayOut::OnArrival {
         return Ok(Err(
             "The delay margin of samples used on arrival is only computed where a network period is a whole number of ticks.".to_owned(),
-        ));
-    }
-    if scene.soft.exists() && scene.link.play_out == PlayOut::OnArrival {
-        return Ok(Err(
-            "The delay margin of a session with a soft object is only computed for scheduled play-out."
-                .to_owned(),
         ));
     }
     match scene.link.play_out {
@@ -48,10 +42,11 @@ fn scheduled(scene: &Scene) -> Result<Found<f64>, SweepError> {
     }
     let scene = with_override(scene, "link.delay_periods", f64::from(whole))?;
     let ticks = scene.schedule().ticks_per_pattern();
-    if scene.schedule().steps_per_pattern() != 1 || scene.soft.exists() {
+    if scene.schedule().steps_per_pattern() != 1 {
         return Ok(Ok(f64::from(whole)));
     }
-    let more = last_stable(1..ticks, |more| is_stable_later(&scene, more))?;
+    let bodies = Bodies::default();
+    let more = last_stable(1..ticks, |more| is_stable_later(&scene, &bodies, more))?;
     Ok(more.map(|more| f64::from(whole) + more as f64 / ticks as f64))
 }
 
@@ -60,9 +55,11 @@ fn on_arrival(scene: &Scene) -> Result<Found<f64>, SweepError> {
     let transit = |line: &Line| match line.delay {
         Delay::OnArrival { transit_ticks } | Delay::Scheduled { transit_ticks, .. } => transit_ticks,
     };
-    let present = compile(scene).iter().flat_map(|mode| &mode.spec.lines).map(transit).max().unwrap_or(0);
+    let bodies = Bodies::default();
+    let (modes, _) = contact_modes(scene, &bodies)?;
+    let present = modes.iter().flat_map(|mode| &mode.spec.lines).map(transit).max().unwrap_or(0);
     let longest = u64::from(LONGEST) * ticks;
-    let more = last_stable(1..longest.saturating_sub(present), |more| is_stable_later(scene, more))?;
+    let more = last_stable(1..longest.saturating_sub(present), |more| is_stable_later(scene, &bodies, more))?;
     Ok(more.and_then(|more| {
         let limit = present + more;
         if limit + 1 >= longest { Err(no_limit()) } else { Ok(limit as f64 / ticks as f64) }
@@ -94,12 +91,12 @@ fn last_stable(
 }
 
 /// Whether every contact mode is stable when samples are used `more` ticks later; `None` where one is too large.
-fn is_stable_later(scene: &Scene, more: u64) -> Result<Option<bool>, SweepError> {
-    for mode in compile(scene) {
+fn is_stable_later(scene: &Scene, bodies: &Bodies, more: u64) -> Result<Option<bool>, SweepError> {
+    for mode in contact_modes(scene, bodies)?.0 {
         match analyze_loop(&later(scene, mode.spec, more)) {
             Ok(verdict) if verdict.stable => {}
             Ok(_) => return Ok(Some(false)),
-            Err(AnalysisError::TooLarge { .. }) => return Ok(None),
+            Err(error) if error.is_too_large() => return Ok(None),
             Err(error) => return Err(error.into()),
         }
     }
@@ -127,6 +124,7 @@ fn later(scene: &Scene, mut spec: LoopSpec, more: u64) -> LoopSpec {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compile::compile;
 
     #[test]
     fn a_whole_period_later_is_one_delay_period_more() {

@@ -18,8 +18,8 @@ const LOOKS: usize = 32;
 /// Looks closer than this (in ln of the factor) are not divided further.
 const FINEST: f64 = 1e-3;
 /// At most so many looks, each way: between these two, the fewer the more states there are.
-const MOST_LOOKS: usize = 300;
-const FEWEST_LOOKS: usize = 48;
+const MAX_LOOKS: usize = 300;
+const MIN_LOOKS: usize = 48;
 const LOOKS_AT_STATES: usize = 20_000;
 /// How many times the doubt must fit between ln ρ and 0, as in maps.
 const SAFETY: f64 = 2.0;
@@ -35,7 +35,7 @@ pub(super) fn margins(
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Vec<GainMargin>, SweepError> {
     let gains = acting_gains(scene);
-    let most_looks = (LOOKS_AT_STATES / states.max(1)).clamp(FEWEST_LOOKS, MOST_LOOKS);
+    let most_looks = (LOOKS_AT_STATES / states.max(1)).clamp(MIN_LOOKS, MAX_LOOKS);
     let (count, done) = (2 * gains.len(), AtomicUsize::new(0));
     let ways: Vec<(Gain, f64)> = gains.iter().flat_map(|&gain| [(gain, 1.0), (gain, -1.0)]).collect();
     let factors: Vec<Option<f64>> = ways

@@ -26,22 +26,23 @@ use rayon::prelude::*;
 
 use super::{Found, go_on};
 use crate::check::check;
-use crate::compile::compile;
 use crate::crossing::crossing;
 use crate::deflate::deflate;
 use crate::eigenvalues::{EigenvalueError, balance, eigenvalues, spectral_radius};
 use crate::lift::layout::Layout;
 use crate::lift::stepping::lift_with_losses;
-use crate::loop_spec::{LoopSpec, Signal};
+use crate::loop_spec::LoopSpec;
+use crate::modes::contact_modes;
 use crate::rigid::Structure;
+use crate::soft::Bodies;
 use crate::sweep::SweepError;
 use crate::verdict::AnalysisError;
 use crate::verdict::PointVerdict;
 
 /// Combinations of losses are taken one by one up to so many packets a pattern.
-const MOST_PACKETS: usize = 8;
+const MAX_PACKETS: usize = 8;
 /// Second moments of larger states take too long.
-const MOST_STATES: usize = 80;
+const MAX_STATES: usize = 80;
 /// Losses that are looked at before the one that matters is narrowed down.
 const LOOKS: u32 = 12;
 /// As good as everything is lost.
@@ -57,12 +58,7 @@ pub(super) fn margin(
     scene: &Scene,
     progress: &(dyn Fn(f64) -> bool + Sync),
 ) -> Result<Found<Option<f64>>, SweepError> {
-    if scene.soft.exists() {
-        return Ok(Err(
-            "How many packets may be lost is not computed for sessions with a soft object.".to_owned()
-        ));
-    }
-    let modes = compile(scene);
+    let (modes, _) = contact_modes(scene, &Bodies::default())?;
     let done = std::sync::atomic::AtomicUsize::new(0);
     let of_mode = |spec: &LoopSpec| -> Result<Found<Option<f64>>, SweepError> {
         let found = match SecondMoments::new(spec)? {
@@ -95,18 +91,17 @@ impl SecondMoments {
     fn new(spec: &LoopSpec) -> Result<Found<Self>, AnalysisError> {
         check(spec)?;
         let layout = Layout::with_memory(spec);
-        if layout.coordinates.len() > MOST_STATES {
+        if layout.coordinates.len() > MAX_STATES {
             return Ok(Err(format!(
-                "The loss margin is only computed for loops of up to {MOST_STATES} states; this one has {}.",
+                "The loss margin is only computed for loops of up to {MAX_STATES} states; this one has {}.",
                 layout.coordinates.len()
             )));
         }
         let packets = packets(spec);
-        let is_sum = spec.schedule.steps_per_pattern() == 1
-            && spec.lines.iter().all(|line| matches!(line.signal, Signal::Motion(_)));
-        if !is_sum && packets.len() > MOST_PACKETS {
+        let is_sum = spec.network_steps() == 1 && spec.lines.iter().all(|line| line.signal.body().is_some());
+        if !is_sum && packets.len() > MAX_PACKETS {
             return Ok(Err(format!(
-                "The loss margin is only computed for up to {MOST_PACKETS} packets a pattern where forces are sent or several network steps make a pattern; here are {}.",
+                "The loss margin is only computed for up to {MAX_PACKETS} packets a pattern where forces are sent or several network steps make a pattern; here are {}.",
                 packets.len()
             )));
         }
@@ -224,10 +219,10 @@ fn chance(rate: f64, lost: i32, packets: i32) -> f64 {
 
 /// The powers 1, 2, 4 and so on of a stable matrix, until nothing is left.
 fn squarings(matrix: DMatrix<f64>) -> Vec<DMatrix<f64>> {
-    const MOST: usize = 64;
+    const MAX: usize = 64;
     let mut powers = vec![matrix];
     while let Some(last) = powers.last().filter(|last| last.norm() > 1e-9)
-        && powers.len() < MOST
+        && powers.len() < MAX
     {
         let square = last * last;
         powers.push(square);
@@ -241,7 +236,7 @@ fn largest_eigenvalue(
     size: usize,
     operator: impl Fn(&DMatrix<f64>) -> DMatrix<f64>,
 ) -> Result<f64, EigenvalueError> {
-    const MOST_VECTORS: usize = 60;
+    const MAX_VECTORS: usize = 60;
     const RESTARTS: usize = 8;
     const RELATIVE: f64 = 1e-11;
     if size == 0 {
@@ -251,8 +246,8 @@ fn largest_eigenvalue(
     let mut largest = 0.0;
     for _ in 0..RESTARTS {
         let mut basis = vec![start.normalize()];
-        let mut projected = DMatrix::<f64>::zeros(MOST_VECTORS + 1, MOST_VECTORS);
-        for count in 1..=MOST_VECTORS {
+        let mut projected = DMatrix::<f64>::zeros(MAX_VECTORS + 1, MAX_VECTORS);
+        for count in 1..=MAX_VECTORS {
             let mut next = operator(&basis[count - 1]);
             let before = next.norm();
             // Twice, because once is not orthogonal enough.
@@ -277,7 +272,7 @@ fn largest_eigenvalue(
             basis.push(next / rest);
         }
         // Some steps of the operator itself bring the start nearer to where it tends to.
-        for _ in 0..MOST_VECTORS {
+        for _ in 0..MAX_VECTORS {
             start = operator(&start).normalize();
         }
     }
@@ -293,7 +288,7 @@ struct Packet {
 }
 
 fn packets(spec: &LoopSpec) -> Vec<Packet> {
-    let steps = 0..spec.schedule.steps_per_pattern() as i64;
+    let steps = 0..spec.network_steps() as i64;
     let mut packets: Vec<Packet> = steps
         .flat_map(|step| spec.lines.iter().map(move |line| Packet { step, from: line.from, to: line.host }))
         .collect();
@@ -336,6 +331,7 @@ fn without_common(mut maps: Vec<DMatrix<f64>>, candidates: Vec<DVector<f64>>) ->
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::compile::compile;
     use crate::stability::analyze_loop;
 
     fn specs() -> Vec<LoopSpec> {

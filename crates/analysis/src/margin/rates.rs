@@ -1,30 +1,26 @@
 //! How slow the network and the haptic loop may become.
 
 use cotouch_scene::Scene;
-use cotouch_scene::time::{Rate, Schedule};
+use cotouch_scene::time::Rate;
 
 use super::{RateMargin, is_stable};
 use crate::sweep::SweepError;
 
 /// Network periods of more ticks are not tried.
-const MOST_TICKS: u64 = 256;
+const MAX_TICKS: u64 = 256;
 
 pub(super) fn margins(scene: &Scene, notes: &mut Vec<String>) -> Result<Vec<RateMargin>, SweepError> {
     let (control, network) = (scene.rates.control_hz, scene.rates.network_hz);
     let schedule = scene.schedule();
     let (ticks, steps) = (schedule.ticks_per_pattern(), schedule.steps_per_pattern());
-    let slower_network = (ticks / steps + 1..=MOST_TICKS).map(|n| {
-        let mut slower = scene.clone();
-        slower.rates.network_hz = Rate::new(control.numerator(), control.denominator() * n).ok()?;
-        Some(slower)
+    let slower_network = (ticks / steps + 1..=MAX_TICKS).map(|n| {
+        let network_hz = Rate::new(control.numerator(), control.denominator() * n).ok()?;
+        scene.edit(|slower| slower.rates.network_hz = network_hz).ok()
     });
     let network_hz = lowest(slower_network, |scene| scene.rates.network_hz.hz())?;
     let slower_control = (1..=(ticks - 1) / steps).rev().map(|n| {
-        let mut slower = scene.clone();
-        slower.rates.control_hz = Rate::new(network.numerator() * n, network.denominator()).ok()?;
-        // The slow simulation is never faster than the haptic loop.
-        let fits = Schedule::new(slower.rates.control_hz, slower.rates.simulation_hz).is_ok();
-        (fits || !slower.soft.exists()).then_some(slower)
+        let control_hz = Rate::new(network.numerator() * n, network.denominator()).ok()?;
+        scene.edit(|slower| slower.rates.control_hz = control_hz).ok()
     });
     let control_hz = lowest(slower_control, |scene| scene.rates.control_hz.hz())?;
     let mut margin = |key: &str, found: Lowest, present: Rate| {

@@ -1,9 +1,8 @@
 //! The settled grasp of a scene: which finger presses where, which body can lie against which wall.
 
-use cotouch_scene::Scene;
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Architecture, Body, Space, SpringDamper, WallSides};
+use cotouch_scene::scene::{Action, Architecture, Body, SceneValues, Space, SpringDamper, WallSides};
 use glam::{DMat3, DVec3};
 
 use super::faces::{Place, corners_at_wall, has_surface, place};
@@ -53,7 +52,7 @@ pub(crate) struct Settled {
 }
 
 impl Settled {
-    pub(crate) fn of(scene: &Scene) -> Self {
+    pub(crate) fn of(scene: &SceneValues) -> Self {
         let bodies = scene.world_bodies();
         let poses = OperatingPoint::free(scene).poses.swap_remove(0);
         let mut settled = Self::default();
@@ -67,7 +66,7 @@ impl Settled {
         (0..self.leans.len()).filter(|&lean| self.leans[lean].two_sided).collect()
     }
 
-    fn add_grips(&mut self, scene: &Scene, bodies: &[Body], poses: &[Pose]) {
+    fn add_grips(&mut self, scene: &SceneValues, bodies: &[Body], poses: &[Pose]) {
         let mut standing = Vec::new();
         for host in scene.hosts() {
             for finger in 0..scene.users[host.index()].fingers.len() {
@@ -85,7 +84,7 @@ impl Settled {
         self.grips.sort_by_key(|grip| (grip.user, grip.finger));
     }
 
-    fn add_leans(&mut self, scene: &Scene, bodies: &[Body], poses: &[Pose]) {
+    fn add_leans(&mut self, scene: &SceneValues, bodies: &[Body], poses: &[Pose]) {
         let moving = bodies.iter().filter(|body| !body.fixed).count();
         for (wall, plane) in scene.walls().iter().enumerate() {
             for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.fixed) {
@@ -108,7 +107,7 @@ impl Settled {
     }
 
     /// The operating point with these grips and leans (places in the lists) closed.
-    pub(crate) fn point(&self, scene: &Scene, grips: &[usize], leans: &[usize]) -> OperatingPoint {
+    pub(crate) fn point(&self, scene: &SceneValues, grips: &[usize], leans: &[usize]) -> OperatingPoint {
         let bodies = scene.world_bodies();
         let mut point = OperatingPoint::free(scene);
         let grips: Vec<&Grip> = grips.iter().map(|&grip| &self.grips[grip]).collect();
@@ -127,13 +126,13 @@ impl Settled {
 }
 
 /// Hosts that keep copies of bodies.
-pub(crate) fn hosts_with_copies(scene: &Scene) -> impl Iterator<Item = HostIndex> + use<> {
+pub(crate) fn hosts_with_copies(scene: &SceneValues) -> impl Iterator<Item = HostIndex> + use<> {
     let centralized = scene.session.architecture == Architecture::Centralized;
     scene.hosts().filter(move |&host| !centralized || host == HostIndex::FIRST)
 }
 
 /// The springs and dampers between a user's finger and the copy at a host.
-pub(crate) fn gains(scene: &Scene, host: HostIndex, user: HostIndex) -> Gains {
+pub(crate) fn gains(scene: &SceneValues, host: HostIndex, user: HostIndex) -> Gains {
     let coupling = &scene.coupling;
     if host == user {
         Gains { normal: coupling.hand_object, tangential: coupling.hand_object_tangential }
@@ -144,7 +143,7 @@ pub(crate) fn gains(scene: &Scene, host: HostIndex, user: HostIndex) -> Gains {
 
 /// Where a finger starts, and what it is told.
 struct Start<'a> {
-    scene: &'a Scene,
+    scene: &'a SceneValues,
     bodies: &'a [Body],
     poses: &'a [Pose],
     host: HostIndex,
@@ -229,7 +228,7 @@ impl Start<'_> {
 
 /// A host's copy of a body.
 struct Copy<'a> {
-    scene: &'a Scene,
+    scene: &'a SceneValues,
     host: HostIndex,
     index: usize,
     body: &'a Body,

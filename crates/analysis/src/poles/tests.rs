@@ -1,6 +1,7 @@
 //! Loops that fall apart by symmetry have the verdict of the whole.
 
 use cotouch_scene::scene::{Coordination, Integrator, PlayOut, Scene, SpringDamper, WallSides};
+use cotouch_testkit::scenes::edited;
 use proptest::prelude::*;
 
 use super::*;
@@ -46,28 +47,31 @@ fn any_scene() -> impl Strategy<Value = Scene> {
         let (distributed, users, n, ratio, [grounded, average, euler, on_arrival, wall, uneven]) = shape;
         let name = if distributed { "single-axis" } else { "single-axis-centralized" };
         let mut scene = cotouch_scene::load(name, &[]).unwrap();
-        scene = cotouch_scene::access::with_override(&scene, "session.users", f64::from(users)).unwrap();
+        scene = cotouch_scene::with_override(&scene, "session.users", f64::from(users)).unwrap();
         let spring =
             |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
-        scene.rates.network_hz = format!("1024/{ratio}").parse().unwrap();
-        scene.coupling.hand_object = spring(k1, b1);
-        scene.coupling.remote_hand_object = spring(k2, b2);
-        scene.coupling.object_object = spring(k3, b1);
-        scene.hand.mass_kg = mass_kg;
-        scene.object.damping_n_s_per_m = if euler { 0.0 } else { damping };
-        scene.link.delay_periods = n;
-        scene.hand.stiffness_n_per_m = if grounded { 100.0 } else { 0.0 };
-        scene.session.coordination = if average { Coordination::Average } else { Coordination::Pairwise };
-        scene.session.integrator = if euler { Integrator::SemiImplicitEuler } else { Integrator::ExactHold };
-        scene.link.play_out = if on_arrival { PlayOut::OnArrival } else { PlayOut::Scheduled };
-        if wall {
-            scene.wall.stiffness_n_per_m = 500.0;
-            scene.wall.sides = WallSides::One;
-        }
+        scene = edited(&scene, |scene| {
+            scene.rates.network_hz = format!("1024/{ratio}").parse().unwrap();
+            scene.coupling.hand_object = spring(k1, b1);
+            scene.coupling.remote_hand_object = spring(k2, b2);
+            scene.coupling.object_object = spring(k3, b1);
+            scene.hand.mass_kg = mass_kg;
+            scene.object.damping_n_s_per_m = if euler { 0.0 } else { damping };
+            scene.link.delay_periods = n;
+            scene.hand.stiffness_n_per_m = if grounded { 100.0 } else { 0.0 };
+            scene.session.coordination = if average { Coordination::Average } else { Coordination::Pairwise };
+            scene.session.integrator =
+                if euler { Integrator::SemiImplicitEuler } else { Integrator::ExactHold };
+            scene.link.play_out = if on_arrival { PlayOut::OnArrival } else { PlayOut::Scheduled };
+            if wall {
+                scene.wall.stiffness_n_per_m = 500.0;
+                scene.wall.sides = WallSides::One;
+            }
+        });
         if uneven {
-            scene.users[usize::from(users) - 1].tracking = spring(70.0, 2.0);
+            scene = edited(&scene, |scene| scene.users[usize::from(users) - 1].tracking = spring(70.0, 2.0));
             let hold = cotouch_scene::scene::Action::Hold { duration_s: 1.0 };
-            scene.users[usize::from(users) - 1].script = vec![hold];
+            scene = edited(&scene, |scene| scene.users[usize::from(users) - 1].script = vec![hold]);
         }
         scene
     })
@@ -88,7 +92,7 @@ proptest! {
 fn equal_users_share_their_eigenvalues() {
     let states = |name: &str, users: f64| {
         let scene = cotouch_scene::load(name, &[]).unwrap();
-        let scene = cotouch_scene::access::with_override(&scene, "session.users", users).unwrap();
+        let scene = cotouch_scene::with_override(&scene, "session.users", users).unwrap();
         let spec = compile(&scene).remove(0).spec;
         let size =
             |share: Share| (Layout::new(&share.spec, Registers::Shared).coordinates.len(), share.copies);
@@ -103,7 +107,7 @@ fn equal_users_share_their_eigenvalues() {
 #[test]
 fn one_user_with_another_hand_stays_apart() {
     let mut scene = cotouch_scene::load("single-axis", &[]).unwrap();
-    scene = cotouch_scene::access::with_override(&scene, "session.users", 4.0).unwrap();
+    scene = cotouch_scene::with_override(&scene, "session.users", 4.0).unwrap();
     let mut spec = compile(&scene).remove(0).spec;
     let heavier =
         crate::loop_spec::Plant::mass(0.11, SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 });

@@ -4,10 +4,10 @@ use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, WallSides};
 use cotouch_soft::contact_stiffnesses;
-use cotouch_world::local::{LocalGains, SoftContactModel, StickingContacts};
+use glam::DVec3;
 
 use super::error::SoftAnalysisError;
-use super::local_laws::LawBlocks;
+use super::local_laws::HostLaw;
 use super::prepared::{Bodies, Prepared};
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
@@ -87,17 +87,10 @@ fn touched(
     without_idle: bool,
 ) -> Result<LoopSpec, SoftAnalysisError> {
     let compliance = prepared.compliance(set);
-    let stiffnesses = contact_stiffnesses(&compliance).ok_or(SoftAnalysisError::Rigid)?;
+    let ko_n_per_m = contact_stiffnesses(&compliance).ok_or(SoftAnalysisError::Rigid)?;
+    let normals: Vec<DVec3> = set.iter().map(|&slot| prepared.anchors[slot].normal).collect();
+    let law = HostLaw::new(scene, &ko_n_per_m, &normals, &compliance);
     let local = &scene.local_model;
-    let gains: Vec<LocalGains> =
-        stiffnesses.iter().map(|&ko_n_per_m| LocalGains::new(local, ko_n_per_m, 1)).collect();
-    let contacts = StickingContacts {
-        model: &SoftContactModel::new(scene),
-        gains: &gains,
-        normals: &set.iter().map(|&slot| prepared.anchors[slot].normal).collect::<Vec<_>>(),
-        compliance: Some(&compliance),
-    };
-    let law = LawBlocks::new(local.kind, &contacts);
     let spec = compile_at(scene, &OperatingPoint::free(scene));
     let idle_axes = if without_idle { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
     let centralized = scene.session.architecture == Architecture::Centralized;

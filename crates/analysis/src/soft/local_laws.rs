@@ -1,38 +1,72 @@
-//! The laws of local models as blocks of a loop: what each says of itself ([`cotouch_world::local`]), taken apart by when it
-//! acts.
+//! The law of a session's local models, as the host runs it, in the form of blocks.
 
-use cotouch_scene::scene::LocalModelKind;
+use cotouch_scene::Scene;
+use cotouch_scene::time::Schedule;
 use cotouch_world::LinearBlock;
-use cotouch_world::local::{LawClock, LawState, StickingContacts, local_law};
+use cotouch_world::local::{LawClock, LawState, LocalGains, SoftContactModel, StickingContacts, local_law};
+use glam::DVec3;
 use nalgebra::DMatrix;
 
 use crate::linear::Linear;
 
-/// The law of all contacts of a host.
-pub(super) struct LawBlocks {
+/// A law of all contacts of a host. With m contacts, the error `e` has three numbers a contact, surface minus finger along the
+/// axes of the world, and forces act on fingers.
+pub(super) struct HostLaw {
     /// Forces on fingers per `[e; f]`, f being the forces with which the body in use was stepped; or per e.
     pub(super) direct: DMatrix<f64>,
     /// Whether these forces are those of the first tick of a slow period.
     pub(super) held: bool,
-    /// From the same input to forces on fingers, by what the law remembers.
-    pub(super) memory: Option<Linear>,
-    /// What the law remembers of each contact.
-    pub(super) states: &'static [LawState],
+    /// What has a state: from e, gathered at every tick with these weights, to forces on fingers.
+    pub(super) state: Option<(Linear, Vec<Vec<f64>>)>,
+    /// What the numbers of that state are, the same for every contact.
+    pub(super) names: &'static [LawState],
 }
 
-impl LawBlocks {
-    /// The law of a kind, with gains for slow periods of one tick: the input of an integral is gathered over a period with
-    /// weights that sum to 1.
-    pub(super) fn new(kind: LocalModelKind, contacts: &StickingContacts<'_>) -> Self {
-        let law = local_law(kind);
-        let LinearBlock { a, b, c, d } = law.linear(contacts);
-        let remembers = !law.states().is_empty();
-        let memory = remembers.then(|| Linear { a, b, c, d: DMatrix::zeros(d.nrows(), d.ncols()) });
-        Self { direct: d, held: law.clock() == LawClock::SlowPeriod, memory, states: law.states() }
+impl HostLaw {
+    /// The law of a scene for contacts with these K_o (N/m), outward unit normals and joint compliance (m/N).
+    pub(super) fn new(
+        scene: &Scene,
+        ko_n_per_m: &[f64],
+        normals: &[DVec3],
+        compliance: &DMatrix<f64>,
+    ) -> Self {
+        let (local, model) = (&scene.local_model, SoftContactModel::new(scene));
+        let law = local_law(local.kind);
+        let in_period_of = |ticks: u64| {
+            let gains: Vec<_> = ko_n_per_m.iter().map(|&ko| LocalGains::new(local, ko, ticks)).collect();
+            let compliance = law.needs().joint_compliance.then_some(compliance);
+            law.linear(&StickingContacts { model: &model, gains: &gains, normals, compliance })
+        };
+        let slow = scene.slow_schedule();
+        let periods: Vec<u64> = ticks_of_periods(&slow).collect();
+        let LinearBlock { a, b, c, d } = in_period_of(periods[0]);
+        // Gains that count by the tick differ between periods of different lengths.
+        let share = |ticks: u64| {
+            let size = b.norm();
+            if size > 0.0 { in_period_of(ticks).b.norm() / size } else { 1.0 }
+        };
+        let shares = periods.iter().flat_map(|&ticks| vec![vec![share(ticks)]; ticks as usize]);
+        let weights = without_repetition(shares.collect());
+        let without_direct = DMatrix::zeros(d.nrows(), d.ncols());
+        Self {
+            held: law.clock() == LawClock::SlowPeriod,
+            state: (a.nrows() > 0).then_some((Linear { a, b, c, d: without_direct }, weights)),
+            direct: d,
+            names: law.states(),
+        }
     }
+}
 
-    /// Whether a tick of a slow period of N ticks counts 1/N in what the law remembers.
-    pub(super) fn gathers_over_period(&self) -> bool {
-        self.states.contains(&LawState::Integral)
+/// N, of each period of the pattern.
+pub(super) fn ticks_of_periods(slow: &Schedule) -> impl Iterator<Item = u64> {
+    let start = |period: u64| slow.tick_of_step(period);
+    (0..slow.steps_per_pattern()).map(move |period| start(period + 1) - start(period))
+}
+
+/// One element where all are alike.
+pub(super) fn without_repetition(mut weights: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
+    if weights.iter().all(|other| *other == weights[0]) {
+        weights.truncate(1);
     }
+    weights
 }

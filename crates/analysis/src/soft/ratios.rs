@@ -10,9 +10,9 @@ use crate::eigenvalues::{eigenvalues, spectral_radius};
 /// K_o may be wrong by this share of itself, either way.
 const KO_ERROR: f64 = 0.3;
 /// The stiffest way in which several contacts move together gives way by this share of the softest at least.
-const LEAST_COMPLIANCE: f64 = 0.35;
+const MIN_COMPLIANCE: f64 = 0.35;
 /// Gains that are tried, in units of K_o, and how finely.
-const MOST: f64 = 2.0;
+const MAX: f64 = 2.0;
 const COARSE: usize = 24;
 const HALVINGS: usize = 7;
 /// P has no best gain: a softer one is always more stable and feels less. This share of the largest stable one is taken.
@@ -69,7 +69,7 @@ impl SlowPeriods {
 
     /// Over all objects that are allowed for.
     fn worst(&self, h: f64, i: f64) -> f64 {
-        let (softest, stiffest) = (1.0 / (1.0 - KO_ERROR), LEAST_COMPLIANCE / (1.0 + KO_ERROR));
+        let (softest, stiffest) = (1.0 / (1.0 - KO_ERROR), MIN_COMPLIANCE / (1.0 + KO_ERROR));
         let between = (softest * stiffest).sqrt();
         [softest, between, stiffest].into_iter().map(|c| self.radius(c, h, i)).fold(0.0, f64::max)
     }
@@ -102,12 +102,12 @@ impl SlowPeriods {
     /// The best pair on a grid that closes in on it.
     fn best_pi(&self) -> [f64; 2] {
         let mut best = ([0.0, 0.0], f64::INFINITY);
-        let (mut middle, mut reach) = ([0.5 * MOST, 0.5 * MOST], 0.5 * MOST);
+        let (mut middle, mut reach) = ([0.5 * MAX, 0.5 * MAX], 0.5 * MAX);
         for round in 0..=HALVINGS {
             let steps = if round == 0 { COARSE } else { 6 };
             for (row, column) in (0..=steps).flat_map(|row| (0..=steps).map(move |column| (row, column))) {
                 let place = |index: usize, middle: f64| {
-                    (middle + reach * (2.0 * index as f64 / steps as f64 - 1.0)).clamp(0.0, MOST)
+                    (middle + reach * (2.0 * index as f64 / steps as f64 - 1.0)).clamp(0.0, MAX)
                 };
                 // Without an integral it is another loop.
                 let gains = [place(column, middle[0]), place(row, middle[1]).max(1e-3)];

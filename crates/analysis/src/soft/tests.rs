@@ -2,11 +2,10 @@ use cotouch_scene::names::{HostIndex, Part};
 use cotouch_scene::scene::{LocalModelKind, ReturnedForce, SpringDamper, SurfaceHold};
 use cotouch_scene::time::Schedule;
 use cotouch_soft::ReducedBody;
-use cotouch_world::local::{LocalGains, SoftContactModel, StickingContacts};
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
-use super::local_laws::LawBlocks;
+use super::local_laws::HostLaw;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
@@ -49,6 +48,21 @@ fn still() -> Body {
     hand(0, LINE, plant)
 }
 
+/// Of which only rates and the local model count.
+fn scene(
+    [control, network, slow]: [&str; 3],
+    kind: LocalModelKind,
+    [kh, int]: [f64; 2],
+) -> cotouch_scene::Scene {
+    cotouch_scene::load("spring", &[]).unwrap().edit_unchecked(|scene| {
+        let rates = &mut scene.rates;
+        (rates.control_hz, rates.network_hz) = (control.parse().unwrap(), network.parse().unwrap());
+        rates.simulation_hz = slow.parse().unwrap();
+        scene.local_model.kind = kind;
+        (scene.local_model.stiffness_n_per_m, scene.local_model.integral_n_per_m) = (kh, int);
+    })
+}
+
 fn finger(host: u8) -> Finger {
     Finger { user: HostIndex(host), finger: 0 }
 }
@@ -72,6 +86,7 @@ fn one_finger_after(
     (returned_force, hold): (ReturnedForce, SurfaceHold),
 ) -> LoopSpec {
     let compliance = DMatrix::from_diagonal_element(3, 3, KO.recip());
+    let scene = scene(["1000", "1000", "50"], kind, [kh, int]);
     let mut spec = LoopSpec::new(schedule("1000", "1000"));
     spec.body(hand);
     touched_body(Touched {
@@ -83,30 +98,10 @@ fn one_finger_after(
         hold,
         result_delay_periods,
         body: &SlowBody::quasi_static(compliance.clone()),
-        law: law(kind, &[[kh, int]], DVec3::NEG_X, &compliance),
+        law: HostLaw::new(&scene, &[KO], &[DVec3::NEG_X], &compliance),
         idle_axes: [false, true, true],
         spec,
     })
-}
-
-/// Of contacts with these K_h and INT, N/m.
-fn law(kind: LocalModelKind, gains: &[[f64; 2]], normal: DVec3, compliance: &DMatrix<f64>) -> LawBlocks {
-    let scene = cotouch_scene::load("spring", &[]).unwrap();
-    let gains: Vec<LocalGains> = gains
-        .iter()
-        .map(|&[stiffness_n_per_m, integral_per_tick_n_per_m]| LocalGains {
-            stiffness_n_per_m,
-            integral_per_tick_n_per_m,
-            drain_ticks: 1.0,
-        })
-        .collect();
-    let contacts = StickingContacts {
-        model: &SoftContactModel::new(&scene),
-        gains: &gains,
-        normals: &vec![normal; gains.len()],
-        compliance: Some(compliance),
-    };
-    LawBlocks::new(kind, &contacts)
 }
 
 fn radius(of: &LoopSpec) -> f64 {
@@ -307,7 +302,10 @@ fn two_hosts(
         body.shown = None;
     }
     let normal = DVec3::new(0.6, 0.0, 0.8);
-    let compliance = DMatrix::from_diagonal_element(6, 6, 3e-3);
+    // Gains are shares of K_o here, so that the two contacts differ.
+    let scene = scene([control, network, slow], kind, [0.0, 0.0]).edit_unchecked(|scene| {
+        (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
+    });
     touched_body(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
@@ -317,7 +315,12 @@ fn two_hosts(
         hold,
         result_delay_periods: 1,
         body: &body,
-        law: law(kind, &[[80.0, 20.0], [60.0, 15.0]], normal, &compliance),
+        law: HostLaw::new(
+            &scene,
+            &[80.0, 60.0],
+            &[normal, normal],
+            &DMatrix::from_diagonal_element(6, 6, 3e-3),
+        ),
         idle_axes: [false; 3],
         spec,
     })

@@ -6,7 +6,7 @@ use cotouch_scene::time::Schedule;
 use cotouch_world::local::LawState;
 use nalgebra::DMatrix;
 
-use super::local_laws::LawBlocks;
+use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
 use crate::linear::Linear;
 use crate::loop_spec::{
@@ -36,7 +36,7 @@ pub(super) struct Touched<'a> {
     pub(super) result_delay_periods: u32,
     /// Seen from the fingers that touch.
     pub(super) body: &'a SlowBody,
-    pub(super) law: LawBlocks,
+    pub(super) law: HostLaw,
     /// Axes of the world along which nothing acts.
     pub(super) idle_axes: [bool; 3],
     /// The fingers, and what else acts on them.
@@ -59,7 +59,7 @@ struct World {
     host: HostIndex,
     /// How this host knows where each finger that touches is.
     fingers: Vec<Motion>,
-    memory: BlockId,
+    integral: BlockId,
     held: BlockId,
     body: BlockId,
     stepped: BlockId,
@@ -85,10 +85,10 @@ impl Session<'_> {
         };
         for host in self.of.hosts.clone() {
             let fingers = (0..self.of.touching.len()).map(|contact| self.finger(host, contact)).collect();
-            let memory = place(self.of.law.memory.is_some());
+            let integral = place(self.of.law.state.is_some());
             let held = place(self.of.law.held);
             let (body, stepped) = (place(true), place(self.reads_stepped_forces()));
-            self.worlds.push(World { host, fingers, memory, held, body, stepped });
+            self.worlds.push(World { host, fingers, integral, held, body, stepped });
         }
     }
 
@@ -145,8 +145,8 @@ impl Session<'_> {
 
     /// Adds row `row` of the forces on the fingers that touch, three rows a contact, `scale` times.
     fn add_force(&self, to: &mut Coupling, component: usize, world: &World, row: usize, scale: f64) {
-        if self.of.law.memory.is_some() {
-            let motion = Motion::Output(world.memory);
+        if self.of.law.state.is_some() {
+            let motion = Motion::Output(world.integral);
             to.terms.push(Term { component, motion, number: row, gain: scale });
         }
         if self.of.idle_axes[row % 3] {
@@ -186,38 +186,24 @@ impl Session<'_> {
         }
     }
 
-    /// The errors of all contacts and, where there are more inputs, the forces with which the body in use was stepped.
-    fn law_input(&self, world: &World, inputs: usize) -> Coupling {
-        let rows = self.of.law.direct.nrows();
-        let mut input = Coupling::new(inputs);
-        (0..rows).for_each(|row| self.add_error(&mut input, row, world, row, 1.0));
-        let motion = Motion::Output(world.stepped);
-        let stepped =
-            (rows..inputs).map(|component| Term { component, motion, number: component - rows, gain: 1.0 });
-        input.terms.extend(stepped);
-        input
-    }
-
     fn add_blocks(&mut self, world: &World) {
         let slow = self.of.slow;
         let (host, rows) = (world.host, 3 * self.of.touching.len());
         let slots: Vec<u8> = self.of.touching.iter().map(|&(slot, _)| slot as u8).collect();
         let later = |body: bool| Delay::periods(u32::from(body) + self.of.result_delay_periods);
-        if let Some(memory) = self.of.law.memory.clone() {
-            let input = self.law_input(world, memory.inputs());
-            let states = slots.iter().flat_map(|&slot| {
-                self.of.law.states.iter().map(move |&state| match state {
-                    LawState::Integral => Coordinate::Integral { host, slot },
-                    LawState::Memory(number) => Coordinate::Memory { host, slot, number },
-                })
-            });
+        if let Some((law, weights)) = self.of.law.state.clone() {
+            let mut error = Coupling::new(rows);
+            (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
+            let coordinate = |slot: u8, name: LawState| match name {
+                LawState::Integral => Coordinate::Integral { host, slot },
+                LawState::Memory(number) => Coordinate::Memory { host, slot, number },
+            };
+            let names = self.of.law.names.iter();
+            let states =
+                slots.iter().flat_map(|&slot| names.clone().map(move |&name| coordinate(slot, name)));
             let states = states.collect();
-            let every_tick = every_tick(&slow);
-            let plain = Block::sampled(every_tick, input, memory, Delay::NONE);
-            self.of.spec.block(match self.of.law.gathers_over_period() {
-                true => Block { states, weights: share_of_period(&slow), ..plain },
-                false => Block { states, ..plain },
-            });
+            let ticks = every_tick(&slow);
+            self.of.spec.block(Block { states, weights, ..Block::sampled(ticks, error, law, Delay::NONE) });
         }
         if self.of.law.held {
             let mut error = Coupling::new(rows);
@@ -267,32 +253,12 @@ fn every_tick(slow: &Schedule) -> Schedule {
     Schedule::new(slow.control(), slow.control()).unwrap_or(*slow)
 }
 
-/// N, of each period of the pattern.
-fn ticks_of_periods(slow: &Schedule) -> impl Iterator<Item = usize> {
-    let start = |period: u64| slow.tick_of_step(period);
-    (0..slow.steps_per_pattern()).map(move |period| (start(period + 1) - start(period)) as usize)
-}
-
-/// 1/N at each tick.
-fn share_of_period(slow: &Schedule) -> Vec<Vec<f64>> {
-    let shares = ticks_of_periods(slow).flat_map(|ticks| vec![vec![(ticks as f64).recip()]; ticks]);
-    without_repetition(shares.collect())
-}
-
 /// The weights of a period's forces in what goes to the simulation.
 fn returned_force(slow: &Schedule, returned: ReturnedForce) -> Vec<Vec<f64>> {
-    let weights = |ticks: usize| match returned {
+    let weights = |ticks: u64| match returned {
         ReturnedForce::First => vec![1.0],
-        ReturnedForce::Mean => vec![(ticks as f64).recip(); ticks],
+        ReturnedForce::Mean => vec![(ticks as f64).recip(); ticks as usize],
         ReturnedForce::Last => (1..=ticks).map(|tick| if tick == ticks { 1.0 } else { 0.0 }).collect(),
     };
     without_repetition(ticks_of_periods(slow).map(weights).collect())
-}
-
-/// One element where all are alike.
-fn without_repetition(mut weights: Vec<Vec<f64>>) -> Vec<Vec<f64>> {
-    if weights.iter().all(|other| *other == weights[0]) {
-        weights.truncate(1);
-    }
-    weights
 }

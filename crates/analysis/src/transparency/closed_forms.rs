@@ -3,7 +3,7 @@
 //! Only for comparison: everything else in this crate is computed from the loop. All take a single-axis scene, from which
 //! they read the seed's symbols; T_c is the control period.
 
-use cotouch_scene::Scene;
+use cotouch_scene::scene::SceneValues;
 
 /// The seed's symbols.
 struct Symbols {
@@ -20,7 +20,7 @@ struct Symbols {
 }
 
 impl Symbols {
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &SceneValues) -> Self {
         let coupling = &scene.coupling;
         Self {
             m_1: scene.hand.mass_kg,
@@ -39,14 +39,14 @@ impl Symbols {
 
 /// (6.3): added damping of the simplified distributed model of two users at N = 2, n = 0, N·s/m. Exact.
 #[must_use]
-pub fn simplified_damping(scene: &Scene) -> f64 {
+pub fn simplified_damping(scene: &SceneValues) -> f64 {
     let Symbols { m_o, k_o, b_o, t_c, .. } = Symbols::of(scene);
     2.0 * m_o * k_o / (4.0 * m_o / t_c - t_c * k_o - 2.0 * b_o)
 }
 
 /// (B.10): added damping of the remote user of a centralized session at N = 2, n = 0, N·s/m. Exact.
 #[must_use]
-pub fn centralized_remote_damping(scene: &Scene) -> f64 {
+pub fn centralized_remote_damping(scene: &SceneValues) -> f64 {
     let Symbols { m_o, k_12: k_2, b_12: b_2, t_c, .. } = Symbols::of(scene);
     k_2 / (2.0 / t_c - b_2 / m_o)
 }
@@ -54,7 +54,7 @@ pub fn centralized_remote_damping(scene: &Scene) -> f64 {
 /// (B.11): added damping of a distributed user at N = 2, n = 0, N·s/m, as printed: (B.12)/(B.13). About three times the
 /// exact value: it belongs to data that are one T_c older.
 #[must_use]
-pub fn distributed_damping_as_printed(scene: &Scene) -> f64 {
+pub fn distributed_damping_as_printed(scene: &SceneValues) -> f64 {
     let symbols = Symbols::of(scene);
     numerator_as_printed(&symbols) / denominator_as_printed(&symbols)
 }
@@ -99,13 +99,13 @@ fn denominator_as_printed(symbols: &Symbols) -> f64 {
 
 /// (6.4), ideal: the wall's stiffness, N/m.
 #[must_use]
-pub fn ideal_stiffness(scene: &Scene) -> f64 {
+pub fn ideal_stiffness(scene: &SceneValues) -> f64 {
     Symbols::of(scene).k_w
 }
 
 /// (6.4), centralized: wall and coupler in series, N/m, the coupler being k_1 (local user) or k_2 (remote user).
 #[must_use]
-pub fn centralized_stiffness(scene: &Scene, remote: bool) -> f64 {
+pub fn centralized_stiffness(scene: &SceneValues, remote: bool) -> f64 {
     let Symbols { k_11: k_1, k_12: k_2, k_w, .. } = Symbols::of(scene);
     let coupler = if remote { k_2 } else { k_1 };
     k_w * coupler / (coupler + k_w)
@@ -113,7 +113,7 @@ pub fn centralized_stiffness(scene: &Scene, remote: bool) -> f64 {
 
 /// (6.4), distributed, as printed, N/m.
 #[must_use]
-pub fn distributed_stiffness_as_printed(scene: &Scene) -> f64 {
+pub fn distributed_stiffness_as_printed(scene: &SceneValues) -> f64 {
     let Symbols { k_11, k_12: k_21, k_o, k_w, .. } = Symbols::of(scene);
     k_11 * (2.0 * k_o * k_o + k_21 * k_w + 2.0 * k_o * k_w + k_w * k_w)
         / (k_o * k_21
@@ -128,7 +128,7 @@ pub fn distributed_stiffness_as_printed(scene: &Scene) -> f64 {
 
 /// (6.4), distributed, corrected, N/m: two users, copies coupled pairwise. 0 without a wall.
 #[must_use]
-pub fn distributed_stiffness(scene: &Scene) -> f64 {
+pub fn distributed_stiffness(scene: &SceneValues) -> f64 {
     let Symbols { k_11, k_12: k_21, k_o, k_w, .. } = Symbols::of(scene);
     k_11 * (k_w * k_w + k_w * (2.0 * k_o + k_21))
         / (k_11 * k_21 + k_11 * k_o + k_11 * k_w + k_21 * k_o + k_21 * k_w + 2.0 * k_o * k_w + k_w * k_w)
@@ -136,7 +136,7 @@ pub fn distributed_stiffness(scene: &Scene) -> f64 {
 
 /// (6.5): the limits of (6.4) for an infinitely stiff wall, N/m: the coupler between hand and object.
 #[must_use]
-pub fn stiffness_at_rigid_wall(scene: &Scene, remote: bool) -> f64 {
+pub fn stiffness_at_rigid_wall(scene: &SceneValues, remote: bool) -> f64 {
     let Symbols { k_11, k_12, .. } = Symbols::of(scene);
     if remote { k_12 } else { k_11 }
 }

@@ -1,8 +1,7 @@
 //! A scene as the thesis's chapter 6 looks at it: on one line, with users' forces as inputs.
 
-use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Space, SpringDamper, User, WallSides};
+use cotouch_scene::scene::{Action, SceneValues, Space, SpringDamper, User, WallSides};
 use serde::Serialize;
 
 use crate::compile::{along_normal, compile};
@@ -21,7 +20,7 @@ pub enum Reduction {
 
 /// A scene on one line; its contacts are closed for good.
 pub(super) struct OneLine {
-    pub(super) scene: Scene,
+    pub(super) scene: SceneValues,
     pub(super) reduction: Reduction,
     /// What was left out or changed, in plain sentences.
     pub(super) notes: Vec<String>,
@@ -29,7 +28,7 @@ pub(super) struct OneLine {
 
 impl OneLine {
     /// In free motion.
-    pub(super) fn free(scene: &Scene) -> Self {
+    pub(super) fn free(scene: &SceneValues) -> Self {
         let mut line = Self::of(scene);
         if scene.wall.exists() {
             line.notes.push("The scene has a wall; this is about free motion, away from it.".to_owned());
@@ -40,7 +39,7 @@ impl OneLine {
     }
 
     /// Against the wall, if there is one.
-    pub(super) fn at_wall(scene: &Scene) -> Self {
+    pub(super) fn at_wall(scene: &SceneValues) -> Self {
         let mut line = Self::of(scene);
         let wall = &mut line.scene.wall;
         *wall = scene.wall.clone();
@@ -58,7 +57,7 @@ impl OneLine {
         line
     }
 
-    fn of(scene: &Scene) -> Self {
+    fn of(scene: &SceneValues) -> Self {
         let bodies = scene.world_bodies();
         let is_line = scene.space == Space::Line && bodies.len() == 1 && !has_surface(&bodies[0].shape);
         let (mut scene, reduction) = if is_line {
@@ -98,7 +97,7 @@ fn tracks(user: &User) -> bool {
 }
 
 /// How many corners of the first body lie against a wall at once; 1 where it has none.
-fn corners_at_first_wall(scene: &Scene) -> usize {
+fn corners_at_first_wall(scene: &SceneValues) -> usize {
     let settled = Settled::of(scene);
     let at = |lean: usize| {
         let point = settled.point(scene, &[], &[lean]);

@@ -1,8 +1,7 @@
 //! Added damping of turning: the simplified model of Fig 6.3 with moments of inertia, which needs no contact point.
 
-use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Space, SpringDamper};
+use cotouch_scene::scene::{SceneValues, Space, SpringDamper};
 use glam::{DQuat, DVec3};
 use nalgebra::Matrix3;
 use serde::Serialize;
@@ -31,13 +30,16 @@ pub struct TurningDamping {
 }
 
 /// About each axis about which the first body of a scene turns.
-pub(super) fn about_axes(scene: &Scene, user: HostIndex) -> Result<Vec<TurningDamping>, TransparencyError> {
+pub(super) fn about_axes(
+    scene: &SceneValues,
+    user: HostIndex,
+) -> Result<Vec<TurningDamping>, TransparencyError> {
     axes(scene).into_iter().map(|(axis, inertia)| about(scene, user, axis, inertia)).collect()
 }
 
 /// A turn is a motion along a line whose mass is J and whose coupler between copies is the rotational one.
 fn about(
-    scene: &Scene,
+    scene: &SceneValues,
     user: HostIndex,
     axis: DVec3,
     inertia_kg_m2: f64,
@@ -64,7 +66,7 @@ fn about(
 }
 
 /// Principal axes (world) and moments of inertia (kg·m²) of the first body's turns.
-fn axes(scene: &Scene) -> Vec<(DVec3, f64)> {
+fn axes(scene: &SceneValues) -> Vec<(DVec3, f64)> {
     let Some(body) = scene.world_bodies().into_iter().next() else { return Vec::new() };
     if !has_surface(&body.shape) || body.fixed {
         return Vec::new();

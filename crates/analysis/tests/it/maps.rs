@@ -6,7 +6,8 @@ use cotouch_analysis::sweep::{Grid, Sweep};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};
-use cotouch_testkit::scenes::{chapter_5, spring, table_6_1, way, with_ratio, with_users};
+use cotouch_testkit::Random;
+use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, way, with_ratio, with_users};
 
 const K_1: &str = "coupling.hand_object.stiffness_n_per_m";
 const K_2: &str = "coupling.remote_hand_object.stiffness_n_per_m";
@@ -73,24 +74,6 @@ fn few_points_give_the_figures_of_chapter_5() {
     }
 }
 
-/// Reproducible numbers in 0 to 1 (a linear congruential generator).
-struct Numbers(u64);
-
-impl Numbers {
-    fn next(&mut self) -> f64 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (self.0 >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn within(&mut self, least: f64, largest: f64) -> f64 {
-        least * (largest / least).powf(self.next())
-    }
-
-    fn below(&mut self, count: usize) -> usize {
-        (self.next() * count as f64) as usize
-    }
-}
-
 /// Keys, and the largest that a random map goes to.
 const KEYS: [(&str, f64); 10] = [
     (K_1, 20_000.0),
@@ -105,31 +88,38 @@ const KEYS: [(&str, f64); 10] = [
     ("hand.damping_n_s_per_m", 40.0),
 ];
 
-fn random(numbers: &mut Numbers, count: usize) -> (Scene, Sweep, Sweep) {
+fn any_map(random: &mut Random, count: usize) -> (Scene, Sweep, Sweep) {
     let architecture =
-        if numbers.next() < 0.3 { Architecture::Centralized } else { Architecture::Distributed };
-    let users = if numbers.next() < 0.8 { 2 } else { 3 };
-    let mut scene = with_ratio(with_users(table_6_1(architecture), users), 1 + numbers.below(8) as u32);
-    scene.link.delay_periods = numbers.below(4) as u32;
-    scene.coupling.hand_object = spring(numbers.within(100.0, 5000.0), numbers.within(1.0, 50.0));
-    scene.coupling.remote_hand_object = spring(numbers.within(10.0, 1000.0), numbers.within(0.1, 10.0));
-    scene.coupling.object_object = spring(numbers.within(50.0, 3000.0), numbers.within(1.0, 20.0));
-    scene.hand.mass_kg = numbers.within(0.05, 0.5);
-    if numbers.next() < 0.6 {
-        scene.hand.damping_n_s_per_m = numbers.within(0.5, 20.0);
-        scene.hand.stiffness_n_per_m = numbers.within(1.0, 500.0);
-    }
-    if numbers.next() < 0.3 {
-        scene.object.damping_n_s_per_m = -numbers.within(0.1, 3.0);
-    }
-    if numbers.next() < 0.3 {
-        scene.wall.stiffness_n_per_m = numbers.within(100.0, 5000.0);
-    }
-    let first = numbers.below(KEYS.len());
-    let second = (first + 1 + numbers.below(KEYS.len() - 1)) % KEYS.len();
+        if random.unit() < 0.3 { Architecture::Centralized } else { Architecture::Distributed };
+    let users = if random.unit() < 0.8 { 2 } else { 3 };
+    let scene = edited(
+        &with_ratio(with_users(table_6_1(architecture), users), 1 + random.below(8) as u32),
+        |scene| {
+            scene.link.delay_periods = random.below(4) as u32;
+            scene.coupling.hand_object =
+                spring(random.log_uniform(100.0, 5000.0), random.log_uniform(1.0, 50.0));
+            scene.coupling.remote_hand_object =
+                spring(random.log_uniform(10.0, 1000.0), random.log_uniform(0.1, 10.0));
+            scene.coupling.object_object =
+                spring(random.log_uniform(50.0, 3000.0), random.log_uniform(1.0, 20.0));
+            scene.hand.mass_kg = random.log_uniform(0.05, 0.5);
+            if random.unit() < 0.6 {
+                scene.hand.damping_n_s_per_m = random.log_uniform(0.5, 20.0);
+                scene.hand.stiffness_n_per_m = random.log_uniform(1.0, 500.0);
+            }
+            if random.unit() < 0.3 {
+                scene.object.damping_n_s_per_m = -random.log_uniform(0.1, 3.0);
+            }
+            if random.unit() < 0.3 {
+                scene.wall.stiffness_n_per_m = random.log_uniform(100.0, 5000.0);
+            }
+        },
+    );
+    let first = random.below(KEYS.len());
+    let second = (first + 1 + random.below(KEYS.len() - 1)) % KEYS.len();
     let mut swept = |(key, largest): (&str, f64)| {
-        let logarithmic = numbers.next() < 0.4;
-        let to = largest * numbers.within(0.1, 1.0);
+        let logarithmic = random.unit() < 0.4;
+        let to = largest * random.log_uniform(0.1, 1.0);
         let from = if logarithmic || key.ends_with("mass_kg") { largest * 1e-3 } else { 0.0 };
         sweep(key, from, to, count, logarithmic)
     };
@@ -139,9 +129,9 @@ fn random(numbers: &mut Numbers, count: usize) -> (Scene, Sweep, Sweep) {
 
 #[test]
 fn few_points_give_random_maps() {
-    let mut numbers = Numbers(7);
+    let mut random = Random::new(7);
     for index in 0..24 {
-        let (scene, x, y) = random(&mut numbers, COUNT);
+        let (scene, x, y) = any_map(&mut random, COUNT);
         let (differing, ..) = differences(&scene, &x, Some(&y));
         assert_eq!(differing, 0, "{index}: {x:?} {y:?} {scene:?}");
     }
@@ -218,8 +208,10 @@ fn whole_numbers_and_rates_are_not_divided() {
 #[test]
 fn finer_sweeps_and_other_labels_change_no_verdict() {
     let mut scene = with_users(table_6_1(Architecture::Distributed), 3);
-    scene.link.ways = vec![way(0, 1, 0.003), way(2, 0, 0.01)];
-    scene.link.play_out = PlayOut::OnArrival;
+    scene = edited(&scene, |scene| {
+        scene.link.ways = vec![way(0, 1, 0.003), way(2, 0, 0.01)];
+        scene.link.play_out = PlayOut::OnArrival;
+    });
     let at = |scene: &Scene, count| {
         let (x, y) = (sweep(K_2, 20.0, 2000.0, count, true), sweep(K_O, 0.0, 3000.0, count, false));
         map(scene, &x, Some(&y), false).stable
@@ -231,9 +223,11 @@ fn finer_sweeps_and_other_labels_change_no_verdict() {
         }
     }
     let moved = |host: HostIndex| HostIndex((host.0 + 1) % 3);
-    for way in &mut scene.link.ways {
-        (way.from, way.to) = (moved(way.from), moved(way.to));
-    }
+    scene = edited(&scene, |scene| {
+        for way in &mut scene.link.ways {
+            (way.from, way.to) = (moved(way.from), moved(way.to));
+        }
+    });
     assert_eq!(at(&scene, 13), coarse);
     assert!(coarse.concat().contains(&true) && coarse.concat().contains(&false));
 }

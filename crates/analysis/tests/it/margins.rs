@@ -5,7 +5,7 @@ use cotouch_analysis::stability::analyze;
 use cotouch_scene::scene::{Architecture, PlayOut, WallSides};
 use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
-use cotouch_testkit::scenes::{grasp, spring, table_6_1, with_users};
+use cotouch_testkit::scenes::{edited, grasp, spring, table_6_1, with_users};
 
 fn of(scene: &Scene) -> Margins {
     margins(scene, &|_| true).unwrap()
@@ -23,13 +23,16 @@ fn with(scene: &Scene, key: &str, value: f64) -> Scene {
 fn scenes() -> Vec<Scene> {
     let mut scenes = vec![table_6_1(Architecture::Distributed), table_6_1(Architecture::Centralized)];
     for scene in &mut scenes {
-        scene.link.delay_periods = 1;
-        scene.hand.damping_n_s_per_m = 2.0;
+        *scene = edited(scene, |scene| {
+            scene.link.delay_periods = 1;
+            scene.hand.damping_n_s_per_m = 2.0;
+        });
     }
-    let mut walled = scenes[0].clone();
-    walled.wall.stiffness_n_per_m = 800.0;
-    walled.wall.sides = WallSides::One;
-    walled.object.damping_n_s_per_m = 0.5;
+    let walled = edited(&scenes[0].clone(), |walled| {
+        walled.wall.stiffness_n_per_m = 800.0;
+        walled.wall.sides = WallSides::One;
+        walled.object.damping_n_s_per_m = 0.5;
+    });
     scenes.push(walled);
     scenes
 }
@@ -72,11 +75,14 @@ fn the_delay_may_grow_so_far() {
         // On arrival, with the same age of samples, both ways: as many ticks, where the link has no round trip in one.
         if scene.session.architecture == Architecture::Distributed {
             let mut on_arrival = scene.clone();
-            on_arrival.link.play_out = PlayOut::OnArrival;
-            on_arrival.link.impairment.latency_s = 1.0 / 128.0;
+            on_arrival = edited(&on_arrival, |on_arrival| {
+                on_arrival.link.play_out = PlayOut::OnArrival;
+                on_arrival.link.impairment.latency_s = 1.0 / 128.0;
+            });
             assert_eq!(of(&on_arrival).delay_periods, Some(delay));
             let verdict = |ticks: f64| {
-                on_arrival.link.impairment.latency_s = ticks / 1024.0;
+                on_arrival =
+                    edited(&on_arrival, |on_arrival| on_arrival.link.impairment.latency_s = ticks / 1024.0);
                 is_stable(&on_arrival)
             };
             let turns = [8.0 * delay, 8.0 * delay + 1.0].map(verdict);
@@ -93,12 +99,13 @@ fn rates_may_sink_so_far() {
             let (Some(hz), Some(factor)) = (margin.hz, margin.factor) else { continue };
             assert!((hz - factor * present).abs() < 1e-9 && hz <= present);
             let verdict = |ratio: u64| {
-                let mut scene = scene.clone();
-                if margin.key == "rates.network_hz" {
-                    scene.rates.network_hz = Rate::new(1024, ratio).unwrap();
-                } else {
-                    scene.rates.control_hz = Rate::new(128 * ratio, 1).unwrap();
-                }
+                let scene = edited(&scene, |scene| {
+                    if margin.key == "rates.network_hz" {
+                        scene.rates.network_hz = Rate::new(1024, ratio).unwrap();
+                    } else {
+                        scene.rates.control_hz = Rate::new(128 * ratio, 1).unwrap();
+                    }
+                });
                 is_stable(&scene)
             };
             let (at, beyond) = if margin.key == "rates.network_hz" {
@@ -133,8 +140,9 @@ fn some_packets_may_be_lost() {
 
 #[test]
 fn an_unstable_scene_has_no_margins() {
-    let mut scene = table_6_1(Architecture::Distributed);
-    scene.coupling.remote_hand_object = spring(5000.0, 2.0);
+    let scene = edited(&table_6_1(Architecture::Distributed), |scene| {
+        scene.coupling.remote_hand_object = spring(5000.0, 2.0)
+    });
     let margins = of(&scene);
     assert!(!margins.stable && margins.gains.is_empty() && margins.rates.is_empty());
     assert!(margins.delay_periods.is_none() && margins.loss_rate.is_none());

@@ -6,7 +6,7 @@ use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::stability::{analyze, analyze_loop};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Architecture, Coordination};
-use cotouch_testkit::scenes::{any_scene, spring, table_6_1, with_ratio, with_users};
+use cotouch_testkit::scenes::{any_scene, edited, spring, table_6_1, with_ratio, with_users};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -46,16 +46,18 @@ proptest! {
         let moved = |host: HostIndex| {
             if host.0 < first { host } else { HostIndex((host.0 - first + by) % (users - first) + first) }
         };
-        let mut scene = scene;
-        scene.users[usize::from(users) - 1].tracking = spring(70.0, 2.0);
-        scene.users[usize::from(users) - 1].script = vec![Action::Hold { duration_s: 1.0 }];
-        let mut relabelled = scene.clone();
-        for host in HostIndex::all(users) {
-            relabelled.users[moved(host).index()] = scene.users[host.index()].clone();
-        }
-        for way in &mut relabelled.link.ways {
-            (way.from, way.to) = (moved(way.from), moved(way.to));
-        }
+        let scene = edited(&scene, |scene| {
+            scene.users[usize::from(users) - 1].tracking = spring(70.0, 2.0);
+            scene.users[usize::from(users) - 1].script = vec![Action::Hold { duration_s: 1.0 }];
+        });
+        let relabelled = edited(&scene, |relabelled| {
+            for host in HostIndex::all(users) {
+                relabelled.users[moved(host).index()] = scene.users[host.index()].clone();
+            }
+            for way in &mut relabelled.link.ways {
+                (way.from, way.to) = (moved(way.from), moved(way.to));
+            }
+        });
         assert_same_spectrum(&compile(&scene)[0].spec, &compile(&relabelled)[0].spec);
     }
 
@@ -87,9 +89,11 @@ proptest! {
 fn where_the_round_trip_is_split_changes_no_eigenvalue() {
     for ratio in [1, 3, 8] {
         let split = |back| {
-            let mut scene = with_ratio(with_users(table_6_1(Architecture::Centralized), 3), ratio);
-            scene.link.delay_periods = 3;
-            scene.link.return_delay_periods = back;
+            let scene =
+                edited(&with_ratio(with_users(table_6_1(Architecture::Centralized), 3), ratio), |scene| {
+                    scene.link.delay_periods = 3;
+                    scene.link.return_delay_periods = back;
+                });
             compile(&scene).remove(0).spec
         };
         // Every cycle through a client passes both of its ways, so only their sum counts.
@@ -102,9 +106,10 @@ fn where_the_round_trip_is_split_changes_no_eigenvalue() {
 #[test]
 fn sixteen_users_are_tractable() {
     for coordination in [Coordination::Pairwise, Coordination::Average] {
-        let mut scene = with_users(table_6_1(Architecture::Distributed), 16);
-        scene.session.coordination = coordination;
-        scene.link.delay_periods = 2;
+        let scene = edited(&with_users(table_6_1(Architecture::Distributed), 16), |scene| {
+            scene.session.coordination = coordination;
+            scene.link.delay_periods = 2;
+        });
         let verdict = analyze(&scene).unwrap();
         assert_eq!(verdict.states, 64 + 16 * 15 * 4 * 2);
         assert_eq!(verdict.rigid_body_poles, 1);
@@ -113,8 +118,9 @@ fn sixteen_users_are_tractable() {
 
 #[test]
 fn what_nothing_ties_to_the_rest_is_not_stable() {
-    let mut scene = table_6_1(Architecture::Centralized);
-    scene.coupling.remote_hand_object = spring(0.0, 1.0);
+    let scene = edited(&table_6_1(Architecture::Centralized), |scene| {
+        scene.coupling.remote_hand_object = spring(0.0, 1.0)
+    });
     let verdict = analyze(&scene).unwrap();
     assert!(!verdict.stable);
     assert_eq!(verdict.spectral_radius, 1.0);
@@ -123,9 +129,10 @@ fn what_nothing_ties_to_the_rest_is_not_stable() {
 
 #[test]
 fn a_state_that_outgrows_floating_point_is_unstable() {
-    let mut scene = table_6_1(Architecture::Distributed);
-    scene.rates.control_hz = "1000".parse().unwrap();
-    scene.coupling.hand_object = spring(1e9, 0.0);
+    let scene = table_6_1(Architecture::Distributed).edit_unchecked(|scene| {
+        scene.rates.control_hz = "1000".parse().unwrap();
+        scene.coupling.hand_object = spring(1e9, 0.0);
+    });
     let verdict = analyze(&scene).unwrap();
     assert!(!verdict.stable);
     assert!(serde_json::to_value(&verdict).unwrap()["spectral_radius"].is_null());

@@ -6,7 +6,7 @@ use cotouch_analysis::diagram::{
 };
 use cotouch_analysis::loop_spec::{Estimate, LoopSpec};
 use cotouch_scene::scene::{Architecture, PlayOut, Scene, VelocityEstimate};
-use cotouch_testkit::scenes::{any_scene, grasp, spring, with_ratio};
+use cotouch_testkit::scenes::{any_scene, edited, grasp, spring, with_ratio};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -25,9 +25,11 @@ fn any_session() -> impl Strategy<Value = Scene> {
     (any_scene(), any::<bool>(), 0usize..3).prop_map(|(mut scene, uneven, velocity)| {
         if uneven {
             let ratio = scene.schedule().ticks_per_pattern();
-            scene.rates.network_hz = format!("{}/{}", 1024 * 2, 2 * ratio + 1).parse().unwrap();
+            scene = edited(&scene, |scene| {
+                scene.rates.network_hz = format!("{}/{}", 1024 * 2, 2 * ratio + 1).parse().unwrap()
+            });
         }
-        scene.device.velocity = VELOCITIES[velocity];
+        scene = edited(&scene, |scene| scene.device.velocity = VELOCITIES[velocity]);
         scene
     })
 }
@@ -60,9 +62,10 @@ fn the_routes_agree_on_grasps() {
     for (architecture, velocity) in
         [Architecture::Distributed, Architecture::Centralized].into_iter().zip(VELOCITIES)
     {
-        let mut scene = with_ratio(grasp(architecture), 4);
-        scene.device.velocity = velocity;
-        scene.device.velocity_cutoff_hz = 60.0;
+        let scene = edited(&with_ratio(grasp(architecture), 4), |scene| {
+            scene.device.velocity = velocity;
+            scene.device.velocity_cutoff_hz = 60.0;
+        });
         let modes = compile(&scene);
         for mode in [&modes[0], &modes[modes.len() - 1]] {
             assert_routes_agree(&mode.spec, is_nested(&scene, &mode.spec)).unwrap();

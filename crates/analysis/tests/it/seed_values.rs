@@ -2,19 +2,19 @@
 
 use cotouch_analysis::compile::compile;
 use cotouch_analysis::stability::{analyze, analyze_loop};
-use cotouch_scene::scene::{Architecture, WallSides};
-use cotouch_testkit::scenes::{chapter_5, spring, table_6_1, with_ratio};
+use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
+use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, with_ratio};
 
 #[test]
 fn overdone_compensation_drives_the_drag_pole_past_one() {
     let mut scene = table_6_1(Architecture::Distributed);
-    scene.object.damping_n_s_per_m = -3.0;
+    scene = edited(&scene, |scene| scene.object.damping_n_s_per_m = -3.0);
     let verdict = analyze(&scene).unwrap();
     assert_eq!(verdict.rigid_body_poles, 1);
     assert!((verdict.drag_pole.unwrap() - 1.0074).abs() < 5e-5, "{:?}", verdict.drag_pole);
     assert!(!verdict.stable);
     assert_eq!(verdict.spectral_radius, verdict.drag_pole.unwrap());
-    scene.object.damping_n_s_per_m = 0.0;
+    scene = edited(&scene, |scene| scene.object.damping_n_s_per_m = 0.0);
     let verdict = analyze(&scene).unwrap();
     assert!(verdict.stable && verdict.drag_pole.unwrap() < 1.0);
 }
@@ -23,14 +23,18 @@ fn overdone_compensation_drives_the_drag_pole_past_one() {
 fn a_second_rigid_body_pole_needs_equal_opposite_forces_at_every_tick() {
     for ratio in [1, 2, 8] {
         for n in 0..4 {
-            let mut distributed = with_ratio(table_6_1(Architecture::Distributed), ratio);
-            distributed.link.delay_periods = n;
+            let distributed =
+                edited(&with_ratio(table_6_1(Architecture::Distributed), ratio), |distributed| {
+                    distributed.link.delay_periods = n
+                });
             let expected = if ratio == 1 && n == 0 { 2 } else { 1 };
             assert_eq!(analyze(&distributed).unwrap().rigid_body_poles, expected, "distributed {ratio} {n}");
             for back in 0..=n {
-                let mut centralized = with_ratio(table_6_1(Architecture::Centralized), ratio);
-                centralized.link.delay_periods = n;
-                centralized.link.return_delay_periods = back;
+                let centralized =
+                    edited(&with_ratio(table_6_1(Architecture::Centralized), ratio), |centralized| {
+                        centralized.link.delay_periods = n;
+                        centralized.link.return_delay_periods = back;
+                    });
                 let verdict = analyze(&centralized).unwrap();
                 assert_eq!(
                     verdict.rigid_body_poles,
@@ -48,8 +52,8 @@ fn a_second_rigid_body_pole_needs_equal_opposite_forces_at_every_tick() {
 fn the_left_eigenvector_of_a_double_pole_ignores_translation() {
     for architecture in [Architecture::Distributed, Architecture::Centralized] {
         for (ratio, n) in [(1, 0), (1, 2), (2, 0), (8, 1)] {
-            let mut scene = with_ratio(table_6_1(architecture), ratio);
-            scene.link.delay_periods = n;
+            let scene =
+                edited(&with_ratio(table_6_1(architecture), ratio), |scene| scene.link.delay_periods = n);
             let spec = &compile(&scene)[0].spec;
             let map = spec.lift_shared().unwrap();
             let size = map.coordinates.len();
@@ -72,10 +76,8 @@ fn the_ground_takes_the_rigid_body_poles_away() {
     for architecture in [Architecture::Distributed, Architecture::Centralized] {
         let scene = with_ratio(table_6_1(architecture), 1);
         assert_eq!(analyze(&scene).unwrap().rigid_body_poles, 2);
-        let poles = |change: &dyn Fn(&mut cotouch_scene::scene::Scene)| {
-            let mut scene = scene.clone();
-            change(&mut scene);
-            let verdict = analyze(&scene).unwrap();
+        let poles = |change: &dyn Fn(&mut SceneValues)| {
+            let verdict = analyze(&edited(&scene, change)).unwrap();
             (verdict.rigid_body_poles, verdict.drag_pole.is_some())
         };
         assert_eq!(poles(&|scene| scene.hand.stiffness_n_per_m = 50.0), (0, false));
@@ -136,14 +138,16 @@ fn a_late_damper_has_its_closed_form_limit() {
 #[test]
 fn a_one_sided_wall_gives_two_modes() {
     let mut scene = table_6_1(Architecture::Distributed);
-    scene.wall.stiffness_n_per_m = 30_000.0;
-    scene.wall.damping_n_s_per_m = 20.0;
-    scene.wall.sides = WallSides::One;
+    scene = edited(&scene, |scene| {
+        scene.wall.stiffness_n_per_m = 30_000.0;
+        scene.wall.damping_n_s_per_m = 20.0;
+        scene.wall.sides = WallSides::One;
+    });
     let verdict = analyze(&scene).unwrap();
     let contacts: Vec<_> = verdict.modes.iter().map(|mode| mode.contacts.clone()).collect();
     assert_eq!(contacts, [vec![], vec!["wall".to_owned()]]);
     assert!(verdict.warnings.iter().any(|warning| warning.contains("unproven")));
-    scene.wall.sides = WallSides::Two;
+    scene = edited(&scene, |scene| scene.wall.sides = WallSides::Two);
     let two_sided = analyze(&scene).unwrap();
     assert_eq!(two_sided.modes.len(), 1);
     assert_eq!(two_sided.spectral_radius, verdict.modes[1].spectral_radius);

@@ -7,7 +7,7 @@ use cotouch_analysis::transparency::{
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Scene, VelocityEstimate};
-use cotouch_testkit::scenes::{spring, table_6_1, with_ratio, with_users};
+use cotouch_testkit::scenes::{edited, spring, table_6_1, with_ratio, with_users};
 use nalgebra::Complex;
 use proptest::prelude::*;
 
@@ -22,10 +22,12 @@ fn damping(scene: &Scene, user: HostIndex) -> AddedDamping {
     added_damping(scene, user).unwrap()
 }
 
-fn against_wall(mut scene: Scene, stiffness: f64) -> Scene {
-    scene.wall.stiffness_n_per_m = stiffness;
-    scene.wall.damping_n_s_per_m = 20.0;
-    scene
+/// Against a wall that may be stiffer than those of scenes.
+fn against_wall(scene: &Scene, stiffness: f64) -> Scene {
+    scene.edit_unchecked(|scene| {
+        scene.wall.stiffness_n_per_m = stiffness;
+        scene.wall.damping_n_s_per_m = 20.0;
+    })
 }
 
 fn slow_rate(admittance: &Admittance, user: usize, index: usize) -> Complex<f64> {
@@ -41,8 +43,9 @@ fn fundamental(admittance: &Admittance, user: usize, index: usize) -> Complex<f6
 #[test]
 fn table_6_1_brakes_as_computed_independently() {
     let at = |ratio, n| {
-        let mut scene = with_ratio(table_6_1(Architecture::Distributed), ratio);
-        scene.link.delay_periods = n;
+        let scene = edited(&with_ratio(table_6_1(Architecture::Distributed), ratio), |scene| {
+            scene.link.delay_periods = n
+        });
         damping(&scene, LOCAL)
     };
     let simplified = at(2, 0).simplified_damping_n_s_per_m.unwrap();
@@ -66,7 +69,7 @@ fn compensation_moves_the_drag_pole_and_can_move_it_too_far() {
     let plain = damping(&scene, LOCAL);
     let compensation = plain.compensation_n_s_per_m.unwrap();
     assert_eq!(compensation, -plain.simplified_damping_n_s_per_m.unwrap());
-    scene.object.damping_n_s_per_m = compensation;
+    scene = edited(&scene, |scene| scene.object.damping_n_s_per_m = compensation);
     let compensated = damping(&scene, LOCAL);
     assert_eq!(plain.damping_if_compensated_n_s_per_m, compensated.damping_n_s_per_m);
     assert_eq!(plain.drag_pole_if_compensated, compensated.drag_pole);
@@ -74,7 +77,7 @@ fn compensation_moves_the_drag_pole_and_can_move_it_too_far() {
     assert!(compensated.drag_pole.unwrap() < 1.0);
     assert!(compensated.damping_n_s_per_m.unwrap() < 0.5 * plain.damping_n_s_per_m.unwrap());
     // Obtained at n = 1, used at n = 0.
-    scene.object.damping_n_s_per_m = -3.0;
+    scene = edited(&scene, |scene| scene.object.damping_n_s_per_m = -3.0);
     let overdone = damping(&scene, LOCAL);
     assert!((overdone.drag_pole.unwrap() - 1.0074).abs() < 5e-5);
     assert!(overdone.damping_n_s_per_m.unwrap() < 0.0);
@@ -86,14 +89,18 @@ fn any_scene(architecture: Architecture) -> impl Strategy<Value = Scene> {
     (springs, 0.05..0.5, 0.2..1.5, 500.0_f64..2000.0).prop_map(move |(springs, m_h, m_o, rate)| {
         let mut scene = table_6_1(architecture);
         let [local, remote, copies] = springs.map(|(k, b)| spring(k, b));
-        scene.coupling.hand_object = local;
-        scene.coupling.remote_hand_object = remote;
-        scene.coupling.object_object = copies;
-        scene.hand.mass_kg = m_h;
-        scene.object.mass_kg = m_o;
+        scene = edited(&scene, |scene| {
+            scene.coupling.hand_object = local;
+            scene.coupling.remote_hand_object = remote;
+            scene.coupling.object_object = copies;
+            scene.hand.mass_kg = m_h;
+            scene.object.mass_kg = m_o;
+        });
         let rate = rate.round() as u64;
-        scene.rates.control_hz = format!("{rate}").parse().unwrap();
-        scene.rates.network_hz = format!("{rate}/2").parse().unwrap();
+        scene = edited(&scene, |scene| {
+            scene.rates.control_hz = format!("{rate}").parse().unwrap();
+            scene.rates.network_hz = format!("{rate}/2").parse().unwrap();
+        });
         scene
     })
 }
@@ -118,36 +125,39 @@ proptest! {
     /// Without dampers (B.11) is the exact value for samples that are used one tick after they were taken.
     #[test]
     fn equation_b_11_is_of_older_data(mut scene in any_scene(Architecture::Distributed)) {
-        for spring in [
-            &mut scene.coupling.hand_object,
-            &mut scene.coupling.remote_hand_object,
-            &mut scene.coupling.object_object,
-        ] {
-            spring.damping_n_s_per_m = 0.0;
-        }
+        scene = edited(&scene, |scene| {
+            for spring in [
+                &mut scene.coupling.hand_object,
+                &mut scene.coupling.remote_hand_object,
+                &mut scene.coupling.object_object,
+            ] {
+                spring.damping_n_s_per_m = 0.0;
+            }
+        });
         let printed = closed_forms::distributed_damping_as_printed(&scene);
         let exact = damping(&scene, LOCAL).damping_n_s_per_m.unwrap();
         prop_assert!((2.8..3.2).contains(&(printed / exact)), "{} {}", printed, exact);
-        scene.link.play_out = PlayOut::OnArrival;
-        scene.link.impairment.latency_s = scene.rates.control_hz.period_s();
+        scene = edited(&scene, |scene| {
+            scene.link.play_out = PlayOut::OnArrival;
+            scene.link.impairment.latency_s = scene.rates.control_hz.period_s();
+        });
         let older = damping(&scene, LOCAL).damping_n_s_per_m.unwrap();
         prop_assert!(close(older, printed, 1e-8), "{} {}", older, printed);
     }
 
     #[test]
     fn equation_6_4_holds(scene in any_scene(Architecture::Distributed), wall in 100.0..50_000.0) {
-        let scene = against_wall(scene, wall);
+        let scene = against_wall(&scene, wall);
         let distributed = equivalent_stiffness(&scene).unwrap();
         for user in &distributed.users {
             prop_assert!(close(user.stiffness_n_per_m, closed_forms::distributed_stiffness(&scene), 1e-10));
         }
-        let mut centralized = scene.clone();
-        centralized.session.architecture = Architecture::Centralized;
+        let centralized = edited(&scene, |centralized| centralized.session.architecture = Architecture::Centralized);
         let users = equivalent_stiffness(&centralized).unwrap().users;
         for (user, remote) in users.iter().zip([false, true]) {
             prop_assert!(close(user.stiffness_n_per_m, closed_forms::centralized_stiffness(&scene, remote), 1e-10));
         }
-        let rigid = equivalent_stiffness(&against_wall(scene.clone(), 1e9)).unwrap();
+        let rigid = equivalent_stiffness(&against_wall(&scene, 1e9)).unwrap();
         let limit = closed_forms::stiffness_at_rigid_wall(&scene, false);
         prop_assert!(close(rigid.users[0].stiffness_n_per_m, limit, 1e-4));
     }
@@ -155,25 +165,26 @@ proptest! {
     /// Masses, springs and dampers in another unit of mass; and all of it in another unit of time.
     #[test]
     fn units_change_nothing(scene in any_scene(Architecture::Distributed), n in 0u32..3, by in 0.2..5.0, faster in 2u64..5) {
-        let mut scene = scene;
-        scene.link.delay_periods = n;
+        let scene = edited(&scene, |scene| scene.link.delay_periods = n);
         let scaled = |mass: f64, time: f64| {
-            let mut scaled = scene.clone();
-            scaled.hand.mass_kg *= mass;
-            scaled.object.mass_kg *= mass;
-            let coupling = &mut scaled.coupling;
-            for spring in [&mut coupling.hand_object, &mut coupling.remote_hand_object, &mut coupling.object_object] {
-                spring.stiffness_n_per_m *= mass * time * time;
-                spring.damping_n_s_per_m *= mass * time;
-            }
-            scaled
+            edited(&scene, |scaled| {
+                scaled.hand.mass_kg *= mass;
+                scaled.object.mass_kg *= mass;
+                let coupling = &mut scaled.coupling;
+                for spring in [&mut coupling.hand_object, &mut coupling.remote_hand_object, &mut coupling.object_object] {
+                    spring.stiffness_n_per_m *= mass * time * time;
+                    spring.damping_n_s_per_m *= mass * time;
+                }
+            })
         };
         let plain = damping(&scene, LOCAL);
         let heavy = damping(&scaled(by, 1.0), LOCAL);
         let mut fast = scaled(1.0, faster as f64);
         let rate = scene.rates.control_hz.numerator() * faster;
-        fast.rates.control_hz = format!("{rate}").parse().unwrap();
-        fast.rates.network_hz = format!("{rate}/2").parse().unwrap();
+        fast = edited(&fast, |fast| {
+            fast.rates.control_hz = format!("{rate}").parse().unwrap();
+            fast.rates.network_hz = format!("{rate}/2").parse().unwrap();
+        });
         let at_plain = admittance(&scene, &[40.0]).unwrap();
         let at_fast = admittance(&fast, &[40.0 * faster as f64]).unwrap();
         let fast = damping(&fast, LOCAL);
@@ -194,7 +205,7 @@ proptest! {
 
 #[test]
 fn the_printed_stiffness_is_wrong_by_much() {
-    let scene = against_wall(table_6_1(Architecture::Distributed), 300.0);
+    let scene = against_wall(&table_6_1(Architecture::Distributed), 300.0);
     assert!((closed_forms::distributed_stiffness(&scene) - 333.333).abs() < 1e-3);
     assert!((closed_forms::distributed_stiffness_as_printed(&scene) - 463.4).abs() < 0.05);
     assert_eq!(closed_forms::ideal_stiffness(&scene), equivalent_stiffness(&scene).unwrap().ideal_n_per_m);
@@ -214,9 +225,10 @@ fn nothing_resists_in_free_motion() {
 fn a_constant_force_ends_in_the_predicted_drift() {
     for (architecture, user) in [(Architecture::Distributed, LOCAL), (Architecture::Centralized, REMOTE)] {
         for (ratio, n) in [(2, 0), (8, 0), (8, 1), (5, 2)] {
-            let mut scene = with_ratio(table_6_1(architecture), ratio);
-            scene.link.delay_periods = n;
-            scene.object.damping_n_s_per_m = 0.3;
+            let scene = edited(&with_ratio(table_6_1(architecture), ratio), |scene| {
+                scene.link.delay_periods = n;
+                scene.object.damping_n_s_per_m = 0.3;
+            });
             let mut pushed = Pushed::new(&scene, 1);
             pushed.run(40.0, &Force::Constant);
             let predicted = damping(&scene, user);
@@ -233,9 +245,10 @@ fn a_constant_force_ends_in_the_predicted_drift() {
 fn sinusoidal_forces_meet_the_predicted_response() {
     for (architecture, user) in [(Architecture::Distributed, 0), (Architecture::Centralized, 1)] {
         for (n, network_periods) in [(0, 16), (1, 3), (1, 40)] {
-            let mut scene = table_6_1(architecture);
-            scene.link.delay_periods = n;
-            scene.object.damping_n_s_per_m = 1.0;
+            let scene = edited(&table_6_1(architecture), |scene| {
+                scene.link.delay_periods = n;
+                scene.object.damping_n_s_per_m = 1.0;
+            });
             let frequency = std::f64::consts::TAU * 128.0 / f64::from(network_periods);
             let predicted = admittance(&scene, &[frequency]).unwrap();
             assert!(predicted.users[user].stable);
@@ -264,9 +277,10 @@ fn fast_ticks_approach_the_continuous_admittance() {
     let object = s * scene.object.mass_kg;
     let continuous = (s * scene.hand.mass_kg + coupler * object / (coupler + object)).inv();
     let errors = [1 << 13, 1 << 14, 1 << 15].map(|rate| {
-        let mut scene = scene.clone();
-        scene.rates.control_hz = format!("{rate}").parse().unwrap();
-        scene.rates.network_hz = scene.rates.control_hz;
+        let scene = edited(&scene, |scene| {
+            scene.rates.control_hz = format!("{rate}").parse().unwrap();
+            scene.rates.network_hz = scene.rates.control_hz;
+        });
         let response = admittance(&scene, &[frequency]).unwrap();
         assert!(fundamental(&response, 0, 0).re > 0.0);
         [slow_rate, fundamental].map(|of| (of(&response, 0, 0) - continuous).norm() / continuous.norm())
@@ -284,7 +298,7 @@ fn slow_forces_meet_the_added_damping_and_the_stiffness() {
     for (architecture, user) in [(Architecture::Distributed, 0), (Architecture::Centralized, 1)] {
         for ratio in ["1024/8", "400"] {
             let mut scene = table_6_1(architecture);
-            scene.rates.network_hz = ratio.parse().unwrap();
+            scene = edited(&scene, |scene| scene.rates.network_hz = ratio.parse().unwrap());
             let viscous = damping(&scene, HostIndex(user as u8));
             let free = admittance(&scene, &[1e-4]).unwrap();
             assert_eq!(free.quantity, Answer::Velocity);
@@ -292,7 +306,7 @@ fn slow_forces_meet_the_added_damping_and_the_stiffness() {
             assert!(close(slow, viscous.damping_n_s_per_m.unwrap(), 1e-5), "{slow} {viscous:?}");
             let slow = fundamental(&free, user, 0).norm().recip();
             assert!(close(slow, viscous.mean_damping_n_s_per_m.unwrap(), 1e-5), "{slow} {viscous:?}");
-            let scene = against_wall(scene, 3000.0);
+            let scene = against_wall(&scene, 3000.0);
             let stiffness = equivalent_stiffness(&scene).unwrap().users[user].stiffness_n_per_m;
             let held = admittance(&scene, &[1e-4]).unwrap();
             assert_eq!(held.quantity, Answer::Position);
@@ -308,8 +322,9 @@ fn slow_forces_meet_the_added_damping_and_the_stiffness() {
 #[test]
 fn a_whole_number_of_ticks_is_no_special_case() {
     let at = |network: &str| {
-        let mut scene = table_6_1(Architecture::Distributed);
-        scene.rates.network_hz = network.parse().unwrap();
+        let scene = edited(&table_6_1(Architecture::Distributed), |scene| {
+            scene.rates.network_hz = network.parse().unwrap()
+        });
         damping(&scene, LOCAL)
     };
     let [slower, between, faster] = ["1024/3", "2048/5", "1024/2"].map(at);
@@ -324,9 +339,10 @@ fn a_whole_number_of_ticks_is_no_special_case() {
 #[test]
 fn names_and_numbers_of_users_do_not_matter() {
     for coordination in [Coordination::Pairwise, Coordination::Average] {
-        let mut scene = with_users(table_6_1(Architecture::Distributed), 4);
-        scene.session.coordination = coordination;
-        scene.link.delay_periods = 1;
+        let scene = edited(&with_users(table_6_1(Architecture::Distributed), 4), |scene| {
+            scene.session.coordination = coordination;
+            scene.link.delay_periods = 1;
+        });
         let all = admittance(&scene, &[0.1, 20.0, 900.0]).unwrap();
         for user in 1..4 {
             for of in [slow_rate, fundamental] {
@@ -341,18 +357,18 @@ fn names_and_numbers_of_users_do_not_matter() {
     }
     // Averaging couples each pair with k_o/U.
     let mut pairwise = with_users(table_6_1(Architecture::Distributed), 3);
-    let mut average = pairwise.clone();
-    average.session.coordination = Coordination::Average;
-    pairwise.coupling.object_object = spring(100.0, 10.0 / 3.0);
+    let average = edited(&pairwise, |average| average.session.coordination = Coordination::Average);
+    pairwise = edited(&pairwise, |pairwise| pairwise.coupling.object_object = spring(100.0, 10.0 / 3.0));
     let [pairwise, average] = [&pairwise, &average].map(|scene| damping(scene, LOCAL));
     assert!(close(pairwise.damping_n_s_per_m.unwrap(), average.damping_n_s_per_m.unwrap(), 1e-10));
 }
 
 #[test]
 fn dampers_to_the_ground_count() {
-    let mut scene = with_ratio(table_6_1(Architecture::Centralized), 2);
-    scene.object.damping_n_s_per_m = 1.5;
-    scene.hand.damping_n_s_per_m = 0.5;
+    let scene = edited(&with_ratio(table_6_1(Architecture::Centralized), 2), |scene| {
+        scene.object.damping_n_s_per_m = 1.5;
+        scene.hand.damping_n_s_per_m = 0.5;
+    });
     let local = damping(&scene, LOCAL);
     assert!(close(local.mean_damping_n_s_per_m.unwrap(), 2.0, 1e-9), "{local:?}");
     assert!(close(local.simplified_damping_n_s_per_m.unwrap(), 1.5, 1e-9), "{local:?}");
@@ -362,8 +378,7 @@ fn dampers_to_the_ground_count() {
 
 #[test]
 fn a_spring_to_the_ground_leaves_no_damping() {
-    let mut scene = table_6_1(Architecture::Distributed);
-    scene.hand.stiffness_n_per_m = 80.0;
+    let scene = edited(&table_6_1(Architecture::Distributed), |scene| scene.hand.stiffness_n_per_m = 80.0);
     let grounded = damping(&scene, LOCAL);
     assert_eq!((grounded.damping_n_s_per_m, grounded.damping_if_compensated_n_s_per_m), (None, None));
     assert!(grounded.simplified_damping_n_s_per_m.is_some());
@@ -374,8 +389,8 @@ fn a_spring_to_the_ground_leaves_no_damping() {
 
 #[test]
 fn a_loop_that_outgrows_everything_has_no_numbers() {
-    let mut scene = table_6_1(Architecture::Distributed);
-    scene.coupling.hand_object = spring(1e7, 0.0);
+    let scene = table_6_1(Architecture::Distributed)
+        .edit_unchecked(|scene| scene.coupling.hand_object = spring(1e7, 0.0));
     let wild = damping(&scene, LOCAL);
     assert_eq!(wild.damping_n_s_per_m, None);
     assert!(wild.notes.iter().any(|note| note.contains("unstable")), "{:?}", wild.notes);
@@ -388,7 +403,7 @@ fn a_loop_that_outgrows_everything_has_no_numbers() {
 fn a_told_velocity_changes_the_loop_and_not_what_is_measured() {
     let mut scene = table_6_1(Architecture::Centralized);
     let exact = admittance(&scene, &[1.0, 50.0]).unwrap();
-    scene.device.velocity = VelocityEstimate::Difference;
+    scene = edited(&scene, |scene| scene.device.velocity = VelocityEstimate::Difference);
     let told = admittance(&scene, &[1.0, 50.0]).unwrap();
     for index in 0..2 {
         for of in [slow_rate, fundamental] {
@@ -412,11 +427,12 @@ fn scenes_with_several_directions_are_brought_to_one_line() {
     assert!(close(at_wall.ideal.mass_kg, 2.0 * 0.1 + 0.4, 1e-12));
     let stiffness = equivalent_stiffness(&scene).unwrap();
     assert_eq!(stiffness.ideal_n_per_m, 2.0 * scene.wall.stiffness_n_per_m);
-    let mut one = table_6_1(Architecture::Distributed);
-    one.coupling = scene.coupling.clone();
-    one.coupling.hand_object.stiffness_n_per_m *= 2.0;
-    one.coupling.remote_hand_object.stiffness_n_per_m *= 2.0;
-    let expected = closed_forms::distributed_stiffness(&against_wall(one, stiffness.ideal_n_per_m));
+    let one = edited(&table_6_1(Architecture::Distributed), |one| {
+        one.coupling = scene.coupling.clone();
+        one.coupling.hand_object.stiffness_n_per_m *= 2.0;
+        one.coupling.remote_hand_object.stiffness_n_per_m *= 2.0;
+    });
+    let expected = closed_forms::distributed_stiffness(&against_wall(&one, stiffness.ideal_n_per_m));
     assert!(close(stiffness.users[0].stiffness_n_per_m, expected, 1e-9), "{stiffness:?} {expected}");
 }
 
@@ -435,11 +451,12 @@ fn turning_brakes_like_moving() {
         let turning = damping(&scene, LOCAL).turning;
         assert_eq!(turning.len(), axes);
         for about in turning {
-            let mut line = table_6_1(Architecture::Distributed);
             let coupler = scene.coupling.object_object_rotational;
-            line.object.mass_kg = about.inertia_kg_m2;
-            line.coupling.object_object =
-                spring(coupler.stiffness_n_m_per_rad, coupler.damping_n_m_s_per_rad);
+            let line = table_6_1(Architecture::Distributed).edit_unchecked(|line| {
+                line.object.mass_kg = about.inertia_kg_m2;
+                line.coupling.object_object =
+                    spring(coupler.stiffness_n_m_per_rad, coupler.damping_n_m_s_per_rad);
+            });
             let expected = closed_forms::simplified_damping(&line);
             assert!(close(about.simplified_damping_n_m_s_per_rad.unwrap(), expected, 1e-9), "{about:?}");
             assert!(about.drag_pole.unwrap() < 1.0);

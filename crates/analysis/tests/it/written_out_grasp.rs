@@ -6,7 +6,7 @@ use cotouch_analysis::compile::compile_at;
 use cotouch_analysis::lift::LiftedMap;
 use cotouch_analysis::operating_point::OperatingPoint;
 use cotouch_scene::scene::{Architecture, Integrator, Scene, ShapeKind, Space, VelocityEstimate, WallPlane};
-use cotouch_testkit::scenes::{finger, grasp, grasp_action, spring, with_ratio};
+use cotouch_testkit::scenes::{edited, finger, grasp, grasp_action, spring, with_ratio};
 use glam::{DMat3, DQuat, DVec3};
 
 const BOTH: [Architecture; 2] = [Architecture::Distributed, Architecture::Centralized];
@@ -53,26 +53,30 @@ fn assert_agreement(scene: &Scene, point: &OperatingPoint) {
 
 /// Something in every term of the loop.
 fn furnished(architecture: Architecture) -> Scene {
-    let mut scene = grasp(architecture);
-    scene.governor.damping_n_s_per_m = 0.7;
-    scene.object.damping_n_s_per_m = -0.4;
-    scene.object.axis_damping_n_s_per_m = DVec3::new(0.2, 0.5, 0.9);
-    scene.object.rotational_damping_n_m_s_per_rad = 0.003;
-    scene
+    edited(&grasp(architecture), |scene| {
+        scene.governor.damping_n_s_per_m = 0.7;
+        scene.object.damping_n_s_per_m = -0.4;
+        scene.object.axis_damping_n_s_per_m = DVec3::new(0.2, 0.5, 0.9);
+        scene.object.rotational_damping_n_m_s_per_rad = 0.003;
+    })
 }
 
 /// The grasp in space: fingers out of line, a turned box, gravity.
 fn in_space(architecture: Architecture) -> Scene {
     let mut scene = furnished(architecture);
-    scene.space = Space::Space;
-    scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -2.0);
-    scene.object.position_m = DVec3::new(0.01, -0.02, 0.03);
-    scene.object.rotation_rad = DVec3::new(0.2, -0.1, 0.4);
+    scene = edited(&scene, |scene| {
+        scene.space = Space::Space;
+        scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -2.0);
+        scene.object.position_m = DVec3::new(0.01, -0.02, 0.03);
+        scene.object.rotation_rad = DVec3::new(0.2, -0.1, 0.4);
+    });
     let turn = DQuat::from_scaled_axis(scene.object.rotation_rad);
-    for (user, x) in scene.users.iter_mut().zip([-0.03, 0.035]) {
-        let at = |y: f64, z: f64| finger(scene.object.position_m + turn * DVec3::new(x, y, z));
-        user.fingers = vec![at(-0.073, 0.01), at(0.073, -0.012)];
-    }
+    scene = edited(&scene, |scene| {
+        for (user, x) in scene.users.iter_mut().zip([-0.03, 0.035]) {
+            let at = |y: f64, z: f64| finger(scene.object.position_m + turn * DVec3::new(x, y, z));
+            user.fingers = vec![at(-0.073, 0.01), at(0.073, -0.012)];
+        }
+    });
     scene
 }
 
@@ -81,8 +85,8 @@ fn in_the_plane() {
     for architecture in BOTH {
         for n in 0..4 {
             for ratio in [1, 8] {
-                let mut scene = with_ratio(furnished(architecture), ratio);
-                scene.link.delay_periods = n;
+                let scene =
+                    edited(&with_ratio(furnished(architecture), ratio), |scene| scene.link.delay_periods = n);
                 assert_agreement(&scene, &OperatingPoint::settled_grasp(&scene));
             }
         }
@@ -93,8 +97,7 @@ fn in_the_plane() {
 fn in_space_under_gravity() {
     for architecture in BOTH {
         for n in 0..3 {
-            let mut scene = in_space(architecture);
-            scene.link.delay_periods = n;
+            let scene = edited(&in_space(architecture), |scene| scene.link.delay_periods = n);
             let point = OperatingPoint::settled_grasp(&scene);
             assert_eq!(point.fingers.len(), if architecture == Architecture::Distributed { 8 } else { 4 });
             assert_agreement(&scene, &point);
@@ -107,8 +110,10 @@ fn velocities_that_are_told_from_positions() {
     for architecture in BOTH {
         for velocity in [VelocityEstimate::Difference, VelocityEstimate::Filtered] {
             for mut scene in [furnished(architecture), in_space(architecture)] {
-                scene.device.velocity = velocity;
-                scene.device.velocity_cutoff_hz = 60.0;
+                scene = edited(&scene, |scene| {
+                    scene.device.velocity = velocity;
+                    scene.device.velocity_cutoff_hz = 60.0;
+                });
                 assert_agreement(&scene, &OperatingPoint::settled_grasp(&scene));
             }
         }
@@ -118,10 +123,11 @@ fn velocities_that_are_told_from_positions() {
 #[test]
 fn integrators_and_softer_remote_copies() {
     for architecture in BOTH {
-        let mut scene = furnished(architecture);
-        scene.session.integrator = Integrator::SemiImplicitEuler;
-        scene.coupling.remote_hand_object = spring(170.0, 3.0);
-        scene.coupling.remote_hand_object_tangential = spring(270.0, 5.0);
+        let scene = edited(&furnished(architecture), |scene| {
+            scene.session.integrator = Integrator::SemiImplicitEuler;
+            scene.coupling.remote_hand_object = spring(170.0, 3.0);
+            scene.coupling.remote_hand_object_tangential = spring(270.0, 5.0);
+        });
         let mut point = OperatingPoint::settled_grasp(&scene);
         settle_forces(&scene, &mut point);
         assert_agreement(&scene, &point);
@@ -132,11 +138,12 @@ fn integrators_and_softer_remote_copies() {
 fn a_ball_turns_its_normals() {
     for architecture in BOTH {
         for space in [Space::Plane, Space::Space] {
-            let mut scene = furnished(architecture);
-            scene.space = space;
-            scene.object.shape.kind = ShapeKind::Ball;
-            scene.object.shape.radius_m = 0.04;
-            scene.users[0].script = vec![grasp_action(3.0)];
+            let scene = edited(&furnished(architecture), |scene| {
+                scene.space = space;
+                scene.object.shape.kind = ShapeKind::Ball;
+                scene.object.shape.radius_m = 0.04;
+                scene.users[0].script = vec![grasp_action(3.0)];
+            });
             let mut point = OperatingPoint::settled_grasp(&scene);
             assert!(point.fingers[0].curvature.x_axis.length() > 1.0);
             settle_forces(&scene, &mut point);
@@ -148,15 +155,17 @@ fn a_ball_turns_its_normals() {
 #[test]
 fn against_a_wall() {
     for mut scene in [furnished(Architecture::Distributed), in_space(Architecture::Centralized)] {
-        scene.wall.stiffness_n_per_m = 4000.0;
-        scene.wall.damping_n_s_per_m = 30.0;
-        scene.wall.tangential_stiffness_n_per_m = 7000.0;
-        scene.wall.tangential_damping_n_s_per_m = 50.0;
-        scene.wall.planes = vec![WallPlane {
-            name: "wall".into(),
-            point_m: DVec3::Y * 0.1,
-            normal: DVec3::new(0.1, -1.0, 0.0),
-        }];
+        scene = edited(&scene, |scene| {
+            scene.wall.stiffness_n_per_m = 4000.0;
+            scene.wall.damping_n_s_per_m = 30.0;
+            scene.wall.tangential_stiffness_n_per_m = 7000.0;
+            scene.wall.tangential_damping_n_s_per_m = 50.0;
+            scene.wall.planes = vec![WallPlane {
+                name: "wall".into(),
+                point_m: DVec3::Y * 0.1,
+                normal: DVec3::new(0.1, -1.0, 0.0),
+            }];
+        });
         let mut point = OperatingPoint::settled_grasp(&scene);
         for host in scene.hosts().take(if scene.space == Space::Plane { 2 } else { 1 }) {
             for x in [-0.05, 0.05] {
@@ -179,7 +188,7 @@ fn against_a_wall() {
 #[test]
 fn copies_that_do_not_coincide() {
     for mut scene in [furnished(Architecture::Distributed), in_space(Architecture::Distributed)] {
-        scene.coupling.remote_hand_object = spring(500.0, 4.0);
+        scene = edited(&scene, |scene| scene.coupling.remote_hand_object = spring(500.0, 4.0));
         let turn = if scene.space == Space::Plane { DVec3::Z * 0.03 } else { DVec3::new(0.01, -0.02, 0.03) };
         let mut point = OperatingPoint::settled_grasp(&scene);
         let pose = &mut point.poses[1][0];

@@ -11,7 +11,7 @@ use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;
 use cotouch_scene::time::Rate;
 
-use super::{
+use super::invocation::{
     Command, DEFAULT_DURATION_S, DEFAULT_SCENE, DEFAULT_VIEWER, Host, Invocation, LocalModel,
     LocalModelCheck, LocalModelChoose, LocalModelStep, Probe, Recording, Replay, Run, Soft,
 };

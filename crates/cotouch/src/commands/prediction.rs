@@ -3,7 +3,7 @@
 use cotouch_analysis::stability::{self, Stability, Switching};
 use cotouch_runtime::summary::Predicted;
 use cotouch_scene::Scene;
-use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Rates};
+use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 
 use crate::failure::Failure;
 
@@ -26,10 +26,9 @@ pub(super) fn predicted(stability: &Stability) -> Predicted {
 
 /// Who takes part, under which architecture, at which rates.
 pub(super) fn who_and_how(scene: &Scene) -> String {
-    let architecture = match (scene.session.architecture, scene.session.coordination) {
-        (Architecture::Centralized, _) => "centralized",
-        (Architecture::Distributed, Coordination::Pairwise) => "distributed (pairwise)",
-        (Architecture::Distributed, Coordination::Average) => "distributed (average)",
+    let architecture = match scene.session.architecture {
+        Architecture::Centralized => "centralized".to_owned(),
+        Architecture::Distributed => format!("distributed ({})", scene.session.coordination),
     };
     let delay = match (scene.link.play_out, scene.link.delay_periods) {
         (PlayOut::OnArrival, _) => "samples used on arrival".to_owned(),

@@ -7,7 +7,7 @@ use cotouch_net::Route;
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::summary::{Predicted, Summary};
 use cotouch_runtime::{DeviceChoice, real_time, transport};
-use cotouch_scene::scene::Impairment;
+use cotouch_scene::scene::{Impairment, Link};
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
 
@@ -132,10 +132,11 @@ fn finish(
 /// The scene with the impairment that a session on real sockets meets: none that the scene simulates, but the one that
 /// was asked for.
 fn on_this_network(scene: &Scene, plan: &Plan) -> Scene {
-    let mut scene = scene.clone();
-    scene.link.ways.clear();
-    scene.link.impairment = plan.impairment.clone().unwrap_or(Impairment::NONE);
-    scene
+    let meet = |link: &mut Link| {
+        link.ways.clear();
+        link.impairment = plan.impairment.clone().unwrap_or(Impairment::NONE);
+    };
+    scene.edit(|scene| meet(&mut scene.link)).expect("an impairment is checked when it is asked for")
 }
 
 /// The scene as a real network can play it.
@@ -192,7 +193,7 @@ fn impairment(impair: &[Override]) -> Result<Option<Impairment>, Failure> {
     }
     // Checked by the same rules as a scene's link.
     let scene = cotouch_scene::load(crate::arguments::DEFAULT_SCENE, impair)?;
-    Ok(Some(scene.link.impairment))
+    Ok(Some(scene.link.impairment.clone()))
 }
 
 fn warn_about_the_network(route: Route) {

@@ -10,7 +10,8 @@ use crate::output::Output;
 
 /// Names and sentences of the built-in scenes.
 pub(super) fn list(output: &Output) -> Result<Verdict, Failure> {
-    let described = |name| (name, builtin::description(name).unwrap_or_default());
+    let description = |name| cotouch_scene::load(name, &[]).map(|scene| scene.description.clone());
+    let described = |name| (name, description(name).unwrap_or_default());
     let scenes: Vec<_> = builtin::names().map(described).collect();
     let width = scenes.iter().map(|(name, _)| name.len()).max().unwrap_or(0);
     let mut text = String::new();

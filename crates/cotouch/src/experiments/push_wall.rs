@@ -32,7 +32,7 @@ impl Push {
     fn of(settings: &[&str], by_the_second: bool) -> anyhow::Result<Self> {
         let mut scene = load("push-wall", settings)?;
         if by_the_second {
-            scene.users.swap(0, 1);
+            scene = scene.edit(|scene| scene.users.swap(0, 1))?;
         }
         let run = Run::of_scene(scene, DURATION_S)?;
         let host = usize::from(by_the_second);

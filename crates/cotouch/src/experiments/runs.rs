@@ -5,6 +5,7 @@ use std::ops::Range;
 use anyhow::Context as _;
 use cotouch_analysis::stability::Stability;
 use cotouch_runtime::summary::Summary;
+use cotouch_scene::scene::SceneValues;
 use cotouch_scene::{Override, Scene};
 use glam::DVec3;
 
@@ -91,14 +92,18 @@ pub(super) fn load(scene: &str, settings: &[&str]) -> anyhow::Result<Scene> {
 
 /// The largest spectral radius with hands that are masses and nothing else.
 pub(super) fn radius_of_mass_only_hands(scene: &Scene) -> anyhow::Result<f64> {
-    let mut scene = scene.clone();
-    scene.hand.damping_n_s_per_m = 0.0;
-    scene.hand.stiffness_n_per_m = 0.0;
-    for user in &mut scene.users {
+    // No scene lets hands follow paths without stiffness; its loop can be compiled all the same.
+    let mut values = SceneValues::clone(scene);
+    values.hand.damping_n_s_per_m = 0.0;
+    values.hand.stiffness_n_per_m = 0.0;
+    for user in &mut values.users {
         user.tracking.stiffness_n_per_m = 0.0;
         user.tracking.damping_n_s_per_m = 0.0;
     }
-    Ok(cotouch_analysis::stability::analyze(&scene)?.spectral_radius)
+    let modes = cotouch_analysis::compile::compile(&values);
+    modes.iter().try_fold(0.0_f64, |radius, mode| {
+        Ok(radius.max(cotouch_analysis::stability::analyze_loop(&mode.spec)?.spectral_radius))
+    })
 }
 
 impl HostCurves {

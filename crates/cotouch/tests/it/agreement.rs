@@ -7,6 +7,7 @@
 use crate::support::{Probe, lifted, scene};
 use cotouch_analysis::lift::LiftedMap;
 use cotouch_scene::scene::Scene;
+use cotouch_testkit::scenes::edited;
 
 /// Largest difference of an element, as a share of the matrix's norm.
 const TOLERANCE: f64 = 1e-9;
@@ -90,11 +91,12 @@ fn average_coordination_rates_without_a_common_tick_and_links_with_latency() {
 
 #[test]
 fn hands_that_track_are_compiled_with_their_tracking() {
-    let mut scene = scene(&[]);
-    for user in &mut scene.users {
-        user.tracking.stiffness_n_per_m = 300.0;
-        user.tracking.damping_n_s_per_m = 4.0;
-        user.script = vec![cotouch_scene::scene::Action::Hold { duration_s: 1000.0 }];
-    }
+    let scene = edited(&scene(&[]), |scene| {
+        for user in &mut scene.users {
+            user.tracking.stiffness_n_per_m = 300.0;
+            user.tracking.damping_n_s_per_m = 4.0;
+            user.script = vec![cotouch_scene::scene::Action::Hold { duration_s: 1000.0 }];
+        }
+    });
     assert_agreement(&scene, "tracking");
 }

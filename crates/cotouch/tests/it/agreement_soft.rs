@@ -9,14 +9,14 @@ use crate::support::{assert_nothing_acted, visit};
 use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::soft::compile_unreduced;
 use cotouch_device::SimulatedUser;
-use cotouch_host::soft::SlowFrame;
+use cotouch_host::SlowFrame;
 use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::parse;
 use cotouch_scene::scene::Scene;
 use cotouch_soft::MaterialPoint;
-use cotouch_testkit::scenes::local_model_kinds;
+use cotouch_testkit::scenes::{edited, local_model_kinds};
 
 type Session = VirtualSession<SimulatedUser>;
 
@@ -68,9 +68,7 @@ fn block(settings: &[&str]) -> Scene {
 fn spring(settings: &[&str]) -> Scene {
     let own = ["local_model.sides=two", "rates.simulation_hz=100", "rates.network_hz=500"];
     let overrides: Vec<_> = own.iter().chain(settings).map(|setting| setting.parse().unwrap()).collect();
-    let mut scene = cotouch_scene::load("spring", &overrides).unwrap();
-    scene.users[0].script.clear();
-    scene
+    edited(&cotouch_scene::load("spring", &overrides).unwrap(), |scene| scene.users[0].script.clear())
 }
 
 /// A session about rest, at an instant where the pattern begins.

@@ -4,15 +4,10 @@
 use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::{Action, Architecture, Finger, Scene};
-use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::{built_in, edited};
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-
-fn scene(name: &str, settings: &[&str]) -> Scene {
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    load(name, &overrides).unwrap()
-}
 
 const SOFT_REMOTE: &[&str] = &[
     "coupling.remote_hand_object.stiffness_n_per_m=170",
@@ -33,10 +28,12 @@ fn with_task(mut scene: Scene, target_m: DVec3, turn_rad: f64, force_n: f64) -> 
         Action::CarryTo { to_m: target_m, duration_s: 0.5 },
         Action::Hold { duration_s: 1000.0 },
     ];
-    for user in &mut scene.users {
-        user.script.clone_from(&script);
-        user.repeat = false;
-    }
+    scene = edited(&scene, |scene| {
+        for user in &mut scene.users {
+            user.script.clone_from(&script);
+            user.repeat = false;
+        }
+    });
     scene
 }
 
@@ -44,23 +41,30 @@ fn with_task(mut scene: Scene, target_m: DVec3, turn_rad: f64, force_n: f64) -> 
 fn seeded(seed: u64) -> (Scene, DVec3, f64) {
     let mut random = Pcg64::seed_from_u64(seed);
     let mut between = |low: f64, high: f64| random.random_range(low..high);
-    let mut scene =
-        if seed.is_multiple_of(3) { scene("grasp-centralized", SOFT_REMOTE) } else { scene("grasp", &[]) };
-    scene.wall.planes.clear();
-    scene.wall.stiffness_n_per_m = 0.0;
-    scene.wall.damping_n_s_per_m = 0.0;
+    let mut scene = if seed.is_multiple_of(3) {
+        built_in("grasp-centralized", SOFT_REMOTE)
+    } else {
+        built_in("grasp", &[])
+    };
+    scene = edited(&scene, |scene| {
+        scene.wall.planes.clear();
+        scene.wall.stiffness_n_per_m = 0.0;
+        scene.wall.damping_n_s_per_m = 0.0;
+    });
     let size = DVec3::new(between(0.1, 0.16), between(0.05, 0.1), 0.05);
-    scene.object.shape.size_m = size;
-    scene.object.mass_kg = between(0.2, 0.8);
-    // Fingers close to the middle could not turn a box that the ground holds firmly.
-    scene.ground.rotational_friction_coefficient = 0.02;
-    scene.link.delay_periods = u32::from(seed.is_multiple_of(2));
-    for (user, side) in scene.users.iter_mut().zip([-1.0, 1.0]) {
-        let x = side * between(0.02, 0.3 * size.x);
-        let off = 0.5 * size.y + scene.hand.finger_radius_m + between(0.005, 0.03);
-        let finger = |y: f64| Finger { position_m: DVec3::new(x, y, 0.0), script: Vec::new() };
-        user.fingers = vec![finger(-off), finger(off)];
-    }
+    scene = edited(&scene, |scene| {
+        scene.object.shape.size_m = size;
+        scene.object.mass_kg = between(0.2, 0.8);
+        // Fingers close to the middle could not turn a box that the ground holds firmly.
+        scene.ground.rotational_friction_coefficient = 0.02;
+        scene.link.delay_periods = u32::from(seed.is_multiple_of(2));
+        for (user, side) in scene.users.iter_mut().zip([-1.0, 1.0]) {
+            let x = side * between(0.02, 0.3 * size.x);
+            let off = 0.5 * size.y + scene.hand.finger_radius_m + between(0.005, 0.03);
+            let finger = |y: f64| Finger { position_m: DVec3::new(x, y, 0.0), script: Vec::new() };
+            user.fingers = vec![finger(-off), finger(off)];
+        }
+    });
     let target = DVec3::new(between(-0.05, 0.05), between(-0.05, 0.05), 0.0);
     let turn = between(-0.3, 0.3);
     let force = between(1.5, 3.0);
@@ -95,8 +99,8 @@ fn a_hundred_seeded_grasps_end_with_the_box_where_it_was_asked_to_be() {
 fn a_quiet_grasp_does_not_drift() {
     for architecture in [Architecture::Distributed, Architecture::Centralized] {
         let base = match architecture {
-            Architecture::Distributed => scene("grasp", &[]),
-            Architecture::Centralized => scene("grasp-centralized", SOFT_REMOTE),
+            Architecture::Distributed => built_in("grasp", &[]),
+            Architecture::Centralized => built_in("grasp-centralized", SOFT_REMOTE),
         };
         let scene = with_task(base, DVec3::new(0.01, -0.02, 0.0), 0.2, 2.0);
         let (early, late) = (run(&scene, 12.0), run(&scene, 72.0));

@@ -8,6 +8,7 @@ use cotouch_scene::geometry::Pose;
 use cotouch_scene::mesh::{Triangles, generators};
 use cotouch_scene::scene::Scene;
 use cotouch_scene::{Override, builtin, load};
+use cotouch_testkit::scenes::edited;
 use glam::{DQuat, DVec3};
 
 /// Forces have faded in by then, s.
@@ -128,8 +129,7 @@ fn a_box_is_handed_over_in_the_air_when_the_taker_carries_it() {
 
 #[test]
 fn a_giver_whom_nobody_relieves_keeps_the_box() {
-    let mut scene = load("hand-over", &[]).unwrap();
-    scene.users[1].script.truncate(1);
+    let scene = edited(&load("hand-over", &[]).unwrap(), |scene| scene.users[1].script.truncate(1));
     let mut lowest_m = f64::INFINITY;
     virtual_run::run_observed(
         &scene,

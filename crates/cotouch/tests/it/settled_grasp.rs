@@ -7,12 +7,13 @@
 use crate::support::Probe;
 use cotouch_analysis::compile::compile_at;
 use cotouch_analysis::operating_point::{FingerContact, OperatingPoint};
-use cotouch_host::output::ContactPoint;
+use cotouch_host::ContactPoint;
 use cotouch_net::{Entry, StatePacket};
 use cotouch_runtime::record::TickRecord;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene, VelocityEstimate};
 use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::edited;
 use cotouch_world::Phase;
 use glam::{DMat3, DVec3};
 
@@ -27,15 +28,15 @@ const SETTLED_S: f64 = 8.0;
 fn holding(name: &str, settings: &[&str]) -> Scene {
     let common = ["ground.friction_coefficient=0", "ground.rotational_friction_coefficient=0"];
     let overrides: Vec<Override> = common.iter().chain(settings).map(|text| text.parse().unwrap()).collect();
-    let mut scene = load(name, &overrides).unwrap();
-    for user in &mut scene.users {
-        user.script = vec![
-            Action::WaitUntil { until_s: 0.5 },
-            Action::Grasp { body: "object".into(), force_n: 2.0, speed_m_per_s: 0.05, duration_s: 2.0 },
-            Action::Hold { duration_s: 1000.0 },
-        ];
-    }
-    scene
+    edited(&load(name, &overrides).unwrap(), |scene| {
+        for user in &mut scene.users {
+            user.script = vec![
+                Action::WaitUntil { until_s: 0.5 },
+                Action::Grasp { body: "object".into(), force_n: 2.0, speed_m_per_s: 0.05, duration_s: 2.0 },
+                Action::Hold { duration_s: 1000.0 },
+            ];
+        }
+    })
 }
 
 /// Where the running session is.
@@ -163,9 +164,10 @@ fn centralized() {
 #[test]
 fn velocities_that_are_told_from_positions() {
     for velocity in [VelocityEstimate::Difference, VelocityEstimate::Filtered] {
-        let mut scene = holding("grasp", &[]);
-        scene.device.velocity = velocity;
-        scene.device.velocity_cutoff_hz = 60.0;
+        let scene = edited(&holding("grasp", &[]), |scene| {
+            scene.device.velocity = velocity;
+            scene.device.velocity_cutoff_hz = 60.0;
+        });
         assert_agreement(&scene, &format!("{velocity:?}"));
     }
 }
@@ -177,10 +179,11 @@ fn links_with_inertia() {
 
 #[test]
 fn uneven_boxes_and_grips() {
-    let mut scene = holding("grasp", &[]);
-    scene.object.rotation_rad = DVec3::Z * 0.1;
-    scene.users[0].fingers[0].position_m.x -= 0.012;
-    scene.users[1].fingers[1].position_m.x += 0.009;
+    let scene = edited(&holding("grasp", &[]), |scene| {
+        scene.object.rotation_rad = DVec3::Z * 0.1;
+        scene.users[0].fingers[0].position_m.x -= 0.012;
+        scene.users[1].fingers[1].position_m.x += 0.009;
+    });
     assert_agreement(&scene, "a turned box");
 }
 

@@ -10,6 +10,7 @@ use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::scene::{Action, DeviceKind, Scene, Space};
 use cotouch_scene::{builtin, load};
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -80,7 +81,7 @@ fn with_random_hands(mut scene: Scene, seed: u64, seconds: f64) -> Scene {
             }
         }
     }
-    scene.users = users;
+    scene = edited(&scene, |scene| scene.users = users);
     scene
 }
 

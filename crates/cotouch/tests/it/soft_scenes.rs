@@ -7,13 +7,8 @@ use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Shape, ShapeKind};
-use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::{built_in, edited};
 use glam::DVec3;
-
-fn scene(name: &str, settings: &[&str]) -> Scene {
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    load(name, &overrides).unwrap()
-}
 
 /// A session whose users each have one finger, on the trajectory (s to m) that `path` gives the user.
 fn on_paths<F>(scene: &Scene, mut path: impl FnMut(HostIndex) -> F) -> VirtualSession<impl Device>
@@ -59,7 +54,7 @@ fn the_step_responses_of_figs_7_8_and_9_come_out_of_the_running_spring() {
                 "governor.max_force_n=1000".to_owned(),
             ];
             let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-            let running = step_response(&scene("spring", &settings), 0.025, 4.0);
+            let running = step_response(&built_in("spring", &settings), 0.025, 4.0);
             let exact = Step {
                 model: LocalModel::new(kh, 0.0, ko).unwrap(),
                 slow_loop: SlowLoop::new(50, ReturnedForce::First, SurfaceHold::Zero).unwrap(),
@@ -104,23 +99,24 @@ fn felt_by_ben(scene: &Scene, anna: DVec3) -> DVec3 {
 #[test]
 fn who_touches_the_balloon_feels_the_other_press_it_and_would_not_on_a_rigid_shell() {
     let (away, pressing) = (DVec3::X * -0.09, DVec3::X * -0.045);
-    let balloon = scene("balloon", &[]);
+    let balloon = built_in("balloon", &[]);
     let alone = felt_by_ben(&balloon, away);
     let together = felt_by_ben(&balloon, pressing);
     assert!(alone.x > 0.05, "ben touches the balloon: {alone} N");
     assert!(together.x > 1.2 * alone.x, "alone {alone} N, while anna presses {together} N");
 
-    let mut shell = scene("single-axis", &["session.users=2", "space=space"]);
-    shell.users.clone_from(&balloon.users);
-    shell.hand = balloon.hand.clone();
-    shell.bodies = vec![cotouch_scene::scene::Body {
-        name: "shell".into(),
-        shape: Shape { kind: ShapeKind::Ball, radius_m: 0.06, ..shell.object.shape.clone() },
-        mass_kg: 1.0,
-        position_m: DVec3::ZERO,
-        rotation_rad: DVec3::ZERO,
-        fixed: true,
-    }];
+    let shell = edited(&built_in("single-axis", &["session.users=2", "space=space"]), |shell| {
+        shell.users.clone_from(&balloon.users);
+        shell.hand = balloon.hand.clone();
+        shell.bodies = vec![cotouch_scene::scene::Body {
+            name: "shell".into(),
+            shape: Shape { kind: ShapeKind::Ball, radius_m: 0.06, ..shell.object.shape.clone() },
+            mass_kg: 1.0,
+            position_m: DVec3::ZERO,
+            rotation_rad: DVec3::ZERO,
+            fixed: true,
+        }];
+    });
     let alone = felt_by_ben(&shell, away);
     let together = felt_by_ben(&shell, pressing);
     assert!(alone.x > 0.05, "ben touches the shell: {alone} N");

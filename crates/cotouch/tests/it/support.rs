@@ -8,7 +8,7 @@ use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene};
-use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::{built_in, edited};
 
 /// The move of a coordinate to either side; the loop is linear, so its size only matters to rounding.
 const STEP: f64 = 1e-4;
@@ -17,13 +17,12 @@ const STEP: f64 = 1e-4;
 pub(crate) fn scene(settings: &[&str]) -> Scene {
     let centralized = settings.iter().any(|setting| setting.ends_with("=centralized"));
     let name = if centralized { "single-axis-centralized" } else { "single-axis" };
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    let mut scene = load(name, &overrides).unwrap();
-    for user in &mut scene.users {
-        user.script = vec![Action::Relax { duration_s: 1.0 }];
-        user.repeat = true;
-    }
-    scene
+    edited(&built_in(name, settings), |scene| {
+        for user in &mut scene.users {
+            user.script = vec![Action::Relax { duration_s: 1.0 }];
+            user.repeat = true;
+        }
+    })
 }
 
 /// The analysis's map of the scene's only contact mode.
@@ -200,7 +199,7 @@ fn visit_in_flight(
     for (_, bytes) in session.link_mut(from, host).in_flight_mut() {
         let Ok((header, time, mut packet)) = decode_state(bytes) else { continue };
         if packet.step == sampled {
-            cotouch_host::coordinates::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
+            cotouch_host::visit_packet(&mut packet, &model, part, quantity, &mut |place| {
                 found = true;
                 act(place);
             });

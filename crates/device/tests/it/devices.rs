@@ -8,6 +8,7 @@ use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::mechanism::{Mechanism, Placed, endpoint_inertia};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, Hand, Scene, Space, VelocityEstimate};
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -15,10 +16,10 @@ const START: DVec3 = DVec3::new(0.3, -0.1, 0.05);
 const FREE: Hand = Hand { damping_n_s_per_m: 0.0, ..ARM };
 
 fn on(device: DeviceSpec, hand: Hand, actions: &[Action]) -> Scene {
-    let mut scene = scene_of(actions, &[START]);
-    scene.space = if device.kind == DeviceKind::Phantom { Space::Space } else { Space::Plane };
-    (scene.device, scene.hand) = (device, hand);
-    scene
+    edited(&scene_of(actions, &[START]), |scene| {
+        scene.space = if device.kind == DeviceKind::Phantom { Space::Space } else { Space::Plane };
+        (scene.device, scene.hand) = (device, hand);
+    })
 }
 
 fn user(scene: &Scene) -> SimulatedUser {
@@ -195,8 +196,8 @@ fn links_keep_their_energy() {
 #[test]
 fn a_guided_finger_with_links_keeps_to_its_line() {
     let device = DeviceSpec { kind: DeviceKind::Phantom, inertia: true, ..POINT };
-    let mut scene = on(device, ARM, &[push(DVec3::new(1.0, 2.0, 3.0))]);
-    scene.space = Space::Line;
+    let scene =
+        edited(&on(device, ARM, &[push(DVec3::new(1.0, 2.0, 3.0))]), |scene| scene.space = Space::Line);
     let mut user = user(&scene);
     for k in 0..200 {
         let position = tick(&mut user, k, DVec3::Y).pose.position;

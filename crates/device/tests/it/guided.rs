@@ -10,6 +10,7 @@ use cotouch_device::{
 use cotouch_scene::geometry::{Pose, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, Scene, Space};
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 /// A pointer, and a guide that says what it says.
@@ -73,10 +74,10 @@ fn busy_script() -> Vec<Action> {
 
 fn busy_scene() -> Scene {
     let starts = [DVec3::X * -0.05, DVec3::X * 0.05, DVec3::Y * 0.05];
-    let mut scene = scene_with_box(Space::Plane, &busy_script(), &starts, DVec3::splat(0.05));
-    scene.users[0].repeat = true;
-    scene.users[0].fingers[2].script = busy_script()[1..3].to_vec();
-    scene
+    edited(&scene_with_box(Space::Plane, &busy_script(), &starts, DVec3::splat(0.05)), |scene| {
+        scene.users[0].repeat = true;
+        scene.users[0].fingers[2].script = busy_script()[1..3].to_vec();
+    })
 }
 
 #[test]
@@ -89,7 +90,7 @@ fn without_a_pointer_it_is_the_simulated_user_to_the_bit() {
         ..POINT
     };
     for device in [POINT, pantograph] {
-        scene.device = device;
+        scene = edited(&scene, |scene| scene.device = device);
         let mut plain = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
         let (mut guided, _pointer) = guided(&scene);
         for user in [&mut plain as &mut dyn Device, &mut guided] {
@@ -160,8 +161,9 @@ fn taking_and_leaving_do_not_jump() {
     ];
     for script in scripts {
         let tracks = script[0].tracks();
-        let mut scene = scene_of(&script, &[DVec3::ZERO]);
-        scene.users[0].tracking = if tracks { TRACKING } else { scene.users[1].tracking };
+        let scene = edited(&scene_of(&script, &[DVec3::ZERO]), |scene| {
+            scene.users[0].tracking = if tracks { TRACKING } else { scene.users[1].tracking }
+        });
         let (mut user, pointer) = guided(&scene);
         let mut run = velocities(&mut user, 0..700);
         let before_n = largest_step_n(&run[300..]);
@@ -189,8 +191,8 @@ fn taking_and_leaving_do_not_jump() {
 #[test]
 fn the_moment_of_taking_pulls_as_the_script_did() {
     let script = [Action::Force { force_n: DVec3::X * 2.0, duration_s: 10.0 }];
-    let mut scene = scene_of(&script, &[DVec3::ZERO]);
-    scene.users[0].tracking = scene.users[1].tracking;
+    let scene =
+        edited(&scene_of(&script, &[DVec3::ZERO]), |scene| scene.users[0].tracking = scene.users[1].tracking);
     let (mut user, pointer) = guided(&scene);
     let mut run = velocities(&mut user, 0..500);
     pointer.at(&[]);
@@ -240,8 +242,8 @@ fn what_is_not_a_place_is_not_heeded_and_what_is_far_is_brought_near() {
 
 #[test]
 fn a_target_beyond_the_stops_waits_at_them() {
-    let mut scene = busy_scene();
-    scene.device = DeviceSpec { kind: DeviceKind::Pantograph, ..POINT };
+    let scene =
+        edited(&busy_scene(), |scene| scene.device = DeviceSpec { kind: DeviceKind::Pantograph, ..POINT });
     let (mut user, pointer) = guided(&scene);
     pointer.at(&[DVec3::splat(5.0)]);
     for number in 0..2000 {
@@ -298,8 +300,7 @@ fn the_analysis_is_told_of_the_spring() {
 
 #[test]
 fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
-    let mut scene = scene_of(&[], &[DVec3::ZERO]);
-    scene.users[0].tracking = TRACKING;
+    let scene = edited(&scene_of(&[], &[DVec3::ZERO]), |scene| scene.users[0].tracking = TRACKING);
     let (mut user, pointer) = guided(&scene);
     let load = Wrench::force(DVec3::X * -1.0);
     let mut pulls = Vec::new();

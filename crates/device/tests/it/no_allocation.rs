@@ -11,6 +11,7 @@ use cotouch_scene::geometry::{Pose, Reading, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, DeviceKind, DeviceSpec, GovernorLimits, Space, VelocityEstimate};
 use cotouch_testkit::allocations;
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 /// A pointer that comes and goes.
@@ -47,17 +48,18 @@ fn a_tick_allocates_nothing() {
         Action::WaitUntil { until_s: 4.0 },
     ];
     let starts = [DVec3::X * -0.05, DVec3::X * 0.05, DVec3::Y * 0.05];
-    let mut scene = scene_with_box(Space::Plane, &script, &starts, DVec3::splat(0.05));
-    scene.users[0].repeat = true;
-    scene.users[0].fingers[2].script = script[5..7].to_vec();
-    scene.device = DeviceSpec {
-        kind: DeviceKind::Pantograph,
-        encoder_counts_per_turn: 20_000,
-        velocity: VelocityEstimate::Filtered,
-        max_joint_torque_n_m: 0.3,
-        inertia: true,
-        ..POINT
-    };
+    let scene = edited(&scene_with_box(Space::Plane, &script, &starts, DVec3::splat(0.05)), |scene| {
+        scene.users[0].repeat = true;
+        scene.users[0].fingers[2].script = script[5..7].to_vec();
+        scene.device = DeviceSpec {
+            kind: DeviceKind::Pantograph,
+            encoder_counts_per_turn: 20_000,
+            velocity: VelocityEstimate::Filtered,
+            max_joint_torque_n_m: 0.3,
+            inertia: true,
+            ..POINT
+        };
+    });
     let mut user = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     let mut guided = GuidedUser::new(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
     let limits = GovernorLimits {

@@ -3,9 +3,10 @@
 use cotouch_device::{Device, SimulatedUser, WorldView};
 use cotouch_scene::geometry::{Pose, Wrenches};
 use cotouch_scene::scene::{
-    Action, Body, DeviceKind, DeviceSpec, Finger, Hand, Scene, ShapeKind, Space, SpringDamper,
+    Action, Body, DeviceKind, DeviceSpec, Finger, Hand, Scene, SceneValues, ShapeKind, Space, SpringDamper,
     VelocityEstimate,
 };
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 /// A free arm.
@@ -26,7 +27,10 @@ pub(crate) const POINT: DeviceSpec = DeviceSpec {
 
 /// A scene on a line at 1 kHz, whose first user has fingers at `starts` and does `actions`.
 pub(crate) fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
-    let mut scene = cotouch_scene::load("single-axis", &[]).unwrap();
+    edited(&cotouch_scene::load("single-axis", &[]).unwrap(), |scene| furnish(scene, actions, starts))
+}
+
+fn furnish(scene: &mut SceneValues, actions: &[Action], starts: &[DVec3]) {
     scene.rates.control_hz = "1000".parse().unwrap();
     scene.session.seed = 7;
     scene.space = Space::Line;
@@ -35,24 +39,24 @@ pub(crate) fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
     let user = &mut scene.users[0];
     (user.tracking, user.script, user.repeat) = (TRACKING, actions.to_vec(), false);
     user.fingers = starts.iter().map(|&position_m| Finger { position_m, script: Vec::new() }).collect();
-    scene
 }
 
 /// The same in `space`, with a box of edges `size_m` about the origin, called `box`.
 pub(crate) fn scene_with_box(space: Space, actions: &[Action], starts: &[DVec3], size_m: DVec3) -> Scene {
-    let mut scene = scene_of(actions, starts);
-    scene.space = space;
-    let mut shape = scene.object.shape.clone();
-    (shape.kind, shape.size_m) = (ShapeKind::Box, size_m);
-    scene.bodies = vec![Body {
-        name: "box".into(),
-        shape,
-        mass_kg: 0.2,
-        position_m: DVec3::ZERO,
-        rotation_rad: DVec3::ZERO,
-        fixed: false,
-    }];
-    scene
+    edited(&cotouch_scene::load("single-axis", &[]).unwrap(), |scene| {
+        furnish(scene, actions, starts);
+        scene.space = space;
+        let mut shape = scene.object.shape.clone();
+        (shape.kind, shape.size_m) = (ShapeKind::Box, size_m);
+        scene.bodies = vec![Body {
+            name: "box".into(),
+            shape,
+            mass_kg: 0.2,
+            position_m: DVec3::ZERO,
+            rotation_rad: DVec3::ZERO,
+            fixed: false,
+        }];
+    })
 }
 
 /// One tick of a user who sees `bodies` and feels what `wrenches` makes of where the fingers are.

@@ -7,13 +7,14 @@ use cotouch_device::{Device, DeviceError, MAX_TICKS_AHEAD, Script, SecondOrderPl
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Hand, Scene, Space};
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 fn scene(arm: &Hand, actions: &[Action], repeat: bool) -> Scene {
-    let mut scene = scene_of(actions, &[DVec3::ZERO]);
-    scene.hand = arm.clone();
-    scene.users[0].repeat = repeat;
-    scene
+    scene_of(actions, &[DVec3::ZERO]).edit_unchecked(|scene| {
+        scene.hand = arm.clone();
+        scene.users[0].repeat = repeat;
+    })
 }
 
 fn script(actions: &[Action], repeat: bool) -> Script {
@@ -237,8 +238,9 @@ fn a_state_can_be_saved_restored_and_repeated() {
 #[test]
 fn in_space_every_axis_is_the_line() {
     let to_m = DVec3::new(0.1, 0.2, -0.3);
-    let mut scene = scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false);
-    scene.space = Space::Space;
+    let scene = edited(&scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false), |scene| {
+        scene.space = Space::Space
+    });
     let mut free = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     let mut lines: Vec<SimulatedUser> =
         to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
@@ -256,9 +258,11 @@ fn in_space_every_axis_is_the_line() {
 
 #[test]
 fn in_a_plane_nothing_leaves_it() {
-    let mut scene = scene(&ARM, &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false);
-    scene.space = Space::Plane;
-    scene.users[0].fingers[0].position_m = DVec3::new(0.1, 0.2, 0.3);
+    let scene =
+        edited(&scene(&ARM, &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false), |scene| {
+            scene.space = Space::Plane;
+            scene.users[0].fingers[0].position_m = DVec3::new(0.1, 0.2, 0.3);
+        });
     let mut hand = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     for tick in 0..500 {
         let position = hand.read(tick).unwrap()[0].pose.position;

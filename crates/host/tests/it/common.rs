@@ -3,10 +3,7 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-use cotouch_host::model::HostModel;
-use cotouch_host::output::TickOutput;
-use cotouch_host::soft::{SlowFrame, SlowLoop};
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState, SlowFrame, SlowLoop, TickOutput};
 use cotouch_scene::geometry::{Reading, Readings};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene, parse};

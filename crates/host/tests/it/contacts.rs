@@ -1,21 +1,18 @@
 //! Fingers that touch a box: what comes of it at a host, and what a server tells its clients.
 
-use cotouch_host::model::HostModel;
-use cotouch_host::output::{ContactPoint, ContactSurface};
-use cotouch_host::state::HostState;
+use cotouch_host::{ContactPoint, ContactSurface, HostModel, HostState};
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 use cotouch_world::Phase;
 use glam::{DQuat, DVec3};
 
 const CLIENT: HostIndex = HostIndex(1);
 
 fn grasp(overrides: &[&str]) -> Scene {
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load("grasp", &overrides).unwrap()
+    built_in("grasp", overrides)
 }
 
 /// The fingers of a user, each pressed so deep into the side of the box that it is at.

@@ -1,12 +1,10 @@
 //! Hosts that exchange packets hand to hand, without protocol, clocks or sockets.
 
 use cotouch_device::{Device, SimulatedUser, WorldView};
-use cotouch_host::model::HostModel;
-use cotouch_host::output::TickOutput;
-use cotouch_host::state::HostState;
+use cotouch_host::{HostModel, HostState, TickOutput};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 
 struct Hand2Hand {
     models: Vec<HostModel>,
@@ -16,8 +14,7 @@ struct Hand2Hand {
 }
 
 fn scene(overrides: &[&str]) -> Scene {
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load("single-axis", &overrides).unwrap()
+    built_in("single-axis", overrides)
 }
 
 impl Hand2Hand {

@@ -2,6 +2,7 @@
 
 mod common;
 mod contacts;
+mod coordination;
 mod instants;
 mod soft_contacts;
 mod soft_no_allocation;

@@ -1,9 +1,7 @@
 //! Fingers on soft bodies: how they meet, press, slide and come off, and what the simulation is told of it.
 
 use crate::common::{BLOCK, Rig, SPRING, scene};
-use cotouch_host::model::HostModel;
-use cotouch_host::output::ContactSurface;
-use cotouch_host::state::HostState;
+use cotouch_host::{ContactSurface, HostModel, HostState};
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;

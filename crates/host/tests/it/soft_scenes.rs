@@ -1,18 +1,13 @@
 //! Every built-in scene with a soft object, through a host's ticks: all fingers press, and come off.
 
 use crate::common::Rig;
-use cotouch_host::soft::SlowInput;
+use cotouch_host::SlowInput;
 use cotouch_net::{Entry, StatePacket};
+use cotouch_scene::Scene;
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::{Override, Scene, load};
-use cotouch_testkit::scenes::local_model_kinds;
+use cotouch_testkit::scenes::{built_in, edited, local_model_kinds};
 use glam::DVec3;
-
-fn scene(name: &str, overrides: &[&str]) -> Scene {
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load(name, &overrides).unwrap_or_else(|errors| panic!("{errors}"))
-}
 
 /// Where a finger is: outside, `depth_m` deep, or between.
 #[derive(Clone, Copy)]
@@ -102,7 +97,7 @@ fn every_scene_is_pressed_and_let_go() {
                 "local_model.stiffness_ratio=0.3".into(),
                 "local_model.integral_ratio=0.05".into(),
             ];
-            let scene = scene(name, &overrides.each_ref().map(String::as_str));
+            let scene = built_in(name, &overrides.each_ref().map(String::as_str));
             let mut hands = Hands::new(&scene, 0.004);
             let (mut largest_n, mut touched) = (0.0_f64, 0);
             for tick in 0..2000 {
@@ -140,9 +135,10 @@ fn comes_back(rig: &mut Rig) -> bool {
 fn through_the_balloon_one_user_feels_the_other() {
     for kind in ["p", "compliance"] {
         let kind = format!("local_model.kind={kind}");
-        let mut scene = scene("balloon", &[&kind, "local_model.stiffness_ratio=0.3", "soft.young_pa=300e3"]);
-        // Held at its bottom only, where the two feel more of each other.
-        scene.soft.fixed[0].to_m.z = -0.052;
+        let scene = edited(
+            &built_in("balloon", &[&kind, "local_model.stiffness_ratio=0.3", "soft.young_pa=300e3"]),
+            |scene| scene.soft.fixed[0].to_m.z = -0.052,
+        );
         let mut hands = Hands::new(&scene, 0.008);
         let push_n = |hands: &Hands| hands.rig.output.device[0].force.length();
         for tick in 0..1500 {

@@ -7,7 +7,7 @@ use cotouch_scene::time::{Rate, SessionTime};
 
 use crate::text::MAX_TEXT_BYTES;
 
-/// A millisecond, ns.
+/// One millisecond in nanoseconds.
 pub(super) const MILLISECOND: i64 = 1_000_000;
 
 /// When tick 0 is.
@@ -26,9 +26,9 @@ pub struct Config {
     pub scene_hash: u64,
     /// The scene as text, for newcomers that have none; the server hands it out. May be empty.
     pub scene_text: String,
-    /// Haptic rate.
+    /// How often every host ticks.
     pub control_hz: Rate,
-    /// Network rate.
+    /// How often every host sends states.
     pub network_hz: Rate,
     /// The users' names; user `i` is at host `i`.
     pub names: Vec<String>,
@@ -36,7 +36,7 @@ pub struct Config {
     pub architecture: Architecture,
     /// When samples are used; decides which count as late.
     pub play_out: PlayOut,
-    /// n, by sender.
+    /// How many network periods pass between sampling and use, by sender.
     pub play_out_periods: Vec<u32>,
     /// A peer that is silent for so long is lost, ns.
     pub peer_timeout_ns: i64,
@@ -56,10 +56,10 @@ pub struct Config {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConfigError {
-    /// Too many.
+    /// The scene has no users, or more than a session may have.
     #[error("a session has at most {MAX_USERS} users; the scene has {0}")]
     Users(usize),
-    /// Too long.
+    /// A user has a name that does not fit into a message.
     #[error("a user's name has at most {MAX_TEXT_BYTES} bytes; found {0:?}")]
     Name(String),
 }

@@ -97,7 +97,7 @@ impl Endpoint {
         self.member.outbox.next_transmit()
     }
 
-    /// The next event.
+    /// The next event that the caller has not taken yet.
     pub fn poll_event(&mut self) -> Option<Event> {
         self.member.outbox.next_event()
     }

@@ -6,7 +6,7 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 use crate::message::Refusal;
 use crate::packet::StatePacket;
 
-/// Something that happened.
+/// Something that happened in a session.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 #[expect(
@@ -18,21 +18,21 @@ pub enum Event {
     Welcome {
         /// This host's index from now on.
         host: HostIndex,
-        /// Its user's name.
+        /// The name of the user at that host.
         name: String,
     },
     /// This host may not take part, or no longer; the endpoint is closed.
     Refused(Refusal),
     /// Another host exchanges data with this one.
     PeerJoined {
-        /// The other host.
+        /// The index of the other host.
         host: HostIndex,
-        /// Its user's name.
+        /// The name of the user at that host.
         name: String,
     },
     /// A state packet came. Each comes once; the order is that of arrival.
     State {
-        /// The sender.
+        /// The index of the sender.
         from: HostIndex,
         /// What the sender sampled.
         packet: StatePacket,
@@ -41,19 +41,19 @@ pub enum Event {
     },
     /// A host said good-bye.
     PeerLeft {
-        /// The other host.
+        /// The index of the other host.
         host: HostIndex,
         /// Why, in its words.
         reason: String,
     },
     /// A host has been silent for longer than the scene's peer time-out, or a new instance took its place.
     PeerLost {
-        /// The other host.
+        /// The index of the other host.
         host: HostIndex,
     },
     /// A lost host is back: after an outage (`restarted` false), or as a new instance under the same name.
     PeerReturned {
-        /// The other host.
+        /// The index of the other host.
         host: HostIndex,
         /// Whether it starts anew, so that nothing held of it is worth keeping.
         restarted: bool,

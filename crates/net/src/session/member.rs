@@ -29,9 +29,9 @@ const MAX_AHEAD_NS: i64 = 1_000_000_000;
 pub(super) struct Member {
     pub(super) config: Config,
     pub(super) id: PeerId,
-    /// 0 while unknown.
+    /// The id of the session; 0 while it is unknown.
     pub(super) session: u64,
-    /// `None` while joining.
+    /// The index of this host; `None` while it joins.
     pub(super) host: Option<HostIndex>,
     pub(super) phase: Membership,
     /// Those with whom this host exchanges data; at most one a host.

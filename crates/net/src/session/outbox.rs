@@ -19,7 +19,7 @@ pub struct Counters {
     pub other_version: u64,
     /// Not from a route and a peer that takes part.
     pub unknown_sender: u64,
-    /// Of another session.
+    /// Datagrams of another session.
     pub wrong_session: u64,
     /// Readable, but not what was to be expected: stale answers, samples of impossible times.
     pub unexpected: u64,

@@ -25,9 +25,9 @@ pub enum Presence {
     Expected,
     /// Heard within the time-out.
     Present,
-    /// Silent for longer.
+    /// Silent for longer than the time-out.
     Lost,
-    /// Said good-bye.
+    /// It has said good-bye.
     Left,
 }
 
@@ -42,7 +42,7 @@ impl Backoff {
     const FIRST_PAUSE_NS: i64 = 50 * MILLISECOND;
     const MAX_PAUSE_NS: i64 = 500 * MILLISECOND;
 
-    /// Due at once.
+    /// A repeat that is due at once.
     pub(super) const fn from(now: LocalTime) -> Self {
         Self { due: now, pause_ns: Self::FIRST_PAUSE_NS }
     }

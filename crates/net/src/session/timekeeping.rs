@@ -18,7 +18,7 @@ pub(super) struct Timekeeping {
 }
 
 impl Timekeeping {
-    /// At the server.
+    /// The time at the server, whose clock counts.
     pub(super) const fn keeper() -> Self {
         Self { filter: None, origin_ns: None, is_ready: true, has_started: false }
     }

@@ -1,7 +1,7 @@
 //! From messages back to items. Bytes come from outside: whatever they are, the answer is an item or an error.
 
 use arrayvec::{ArrayString, ArrayVec};
-use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::{ChannelVectors, Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::MAX_CHANNEL_VECTORS;

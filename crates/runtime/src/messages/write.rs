@@ -1,6 +1,6 @@
 //! From items to messages.
 
-use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;

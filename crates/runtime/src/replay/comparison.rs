@@ -108,7 +108,7 @@ fn fields(record: &TickRecord) -> Vec<(Field, Value)> {
 
 #[cfg(test)]
 mod tests {
-    use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+    use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
     use cotouch_scene::geometry::{Reading, Wrench};
     use cotouch_world::BodyState;
     use cotouch_world::Phase;

@@ -5,7 +5,7 @@ use std::io::Read;
 use std::sync::Arc;
 
 use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, HeldWrenches};
-use cotouch_host::soft::SlowLoop;
+use cotouch_host::SlowLoop;
 use cotouch_scene::SceneErrors;
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::limits::MAX_FINGERS;

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use arrayvec::{ArrayString, ArrayVec};
-use cotouch_host::output::{ContactPoint, ContactRecord, ContactSurface};
+use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::{Entry, StatePacket};
 use cotouch_runtime::FaultText;
 use cotouch_runtime::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};

@@ -13,15 +13,14 @@ use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 use cotouch_world::Phase;
 use glam::DVec3;
 
 fn grasp(architecture: &str, more: &[&str]) -> Scene {
     let architecture = format!("session.architecture={architecture}");
     let overrides = [&[architecture.as_str()][..], more].concat();
-    let overrides: Vec<Override> = overrides.iter().map(|text| text.parse().unwrap()).collect();
-    load("grasp", &overrides).unwrap()
+    built_in("grasp", &overrides)
 }
 
 fn ticks_of(path: &Path, host: HostIndex) -> Vec<TickRecord> {

@@ -1,12 +1,9 @@
 //! Hands that pointers take from their scripts, and free places that they take, in real time on loopback.
 
 use std::net::{SocketAddr, UdpSocket};
-use std::thread;
-use std::time::Duration;
 
-use crate::sessions::{self, assert_adds_up, assert_replays, scene};
+use crate::sessions::{self, assert_adds_up, assert_replays, scene, until};
 use cotouch_device::Targets;
-use cotouch_runtime::clock;
 use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time::{join, realisable, run_local, serve};
 use cotouch_runtime::record::{RecordItem, RecordKind};
@@ -15,22 +12,11 @@ use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot};
 use cotouch_runtime::{HeldBy, PointerHandle, RealTimeOptions, TakeError};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 const ANNA: HostIndex = HostIndex::FIRST;
 const BEN: HostIndex = HostIndex(1);
-
-/// Looks until something is so; on a busy computer that may take long.
-fn until<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
-    let patience = clock::now().plus_ns(60_000_000_000);
-    loop {
-        if let Some(found) = look() {
-            return found;
-        }
-        assert!(clock::now() < patience, "in vain: {what}");
-        thread::sleep(Duration::from_millis(5));
-    }
-}
 
 fn host_of(live: &LiveSession, user: HostIndex) -> Option<HostSnapshot> {
     live.snapshot().0.hosts.into_iter().find(|host| host.host == user && host.ticks > 0)
@@ -58,7 +44,7 @@ fn free_address() -> SocketAddr {
 }
 
 fn still(scene: &mut Scene) {
-    scene.users.iter_mut().for_each(|user| user.script.clear());
+    *scene = edited(scene, |scene| scene.users.iter_mut().for_each(|user| user.script.clear()));
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use crate::sessions::{assert_adds_up, assert_replays, scene};
+use crate::sessions::{assert_adds_up, assert_replays, scene, until};
 use cotouch_runtime::live::{ChangeError, Changed, LiveSession, numbered};
 use cotouch_runtime::real_time::{realisable, run_local, serve};
 use cotouch_runtime::record::RecordKind;
@@ -23,14 +23,11 @@ fn live(scene: &Scene, recording: Option<&Path>) -> LiveSession {
 }
 
 fn wait_until(session: &LiveSession, mut is_so: impl FnMut(&LiveSession) -> bool) {
-    for _ in 0..6000 {
-        if is_so(session) {
-            return;
-        }
-        assert!(!session.has_ended(), "the session ended by itself");
-        thread::sleep(Duration::from_millis(5));
-    }
-    panic!("nothing happened for half a minute");
+    until("what the session comes to", || {
+        let found = is_so(session).then_some(());
+        assert!(found.is_some() || !session.has_ended(), "the session ended by itself");
+        found
+    });
 }
 
 /// Waits for so many ticks of the session that runs now.
@@ -127,13 +124,11 @@ fn pictures_go_on_while_a_session_follows_another_and_a_stop_holds_for_the_next(
         });
         assert_eq!(change.join().unwrap().unwrap(), Changed::ByRestart);
         let again = scope.spawn(|| session.again());
+        // Mostly long enough for the next session to be under way; it may have begun before the stop or not at all.
         thread::sleep(Duration::from_millis(20));
         session.stop();
-        // It may have begun before the stop or not at all.
         let _either = again.join().unwrap();
-        while !session.has_ended() {
-            thread::sleep(Duration::from_millis(5));
-        }
+        until("the end", || session.has_ended().then_some(()));
     });
     assert!(matches!(session.again(), Err(ChangeError::Ended)));
     assert!(matches!(session.change(real_scene(&[])), Err(ChangeError::Ended)));

@@ -13,10 +13,10 @@ use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::{self, Impaired};
 use cotouch_runtime::{slow, slow_thread};
+use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
-use cotouch_testkit::{allocations, deallocations};
+use cotouch_testkit::{allocations, built_in, deallocations};
 
 #[test]
 fn recording_does_not_allocate() {
@@ -39,13 +39,12 @@ fn recording_does_not_allocate() {
 fn an_instant_does_not_allocate() {
     for name in ["single-axis", "single-axis-centralized"] {
         for users in [2, 8] {
-            let users: Override = format!("session.users={users}").parse().unwrap();
-            assert_instants_do_not_allocate(&load(name, &[users]).unwrap());
+            assert_instants_do_not_allocate(&built_in(name, &[&format!("session.users={users}")]));
         }
     }
     for architecture in ["distributed", "centralized"] {
-        let architecture: Override = format!("session.architecture={architecture}").parse().unwrap();
-        assert_instants_do_not_allocate(&load("grasp", &[architecture]).unwrap());
+        let architecture = format!("session.architecture={architecture}");
+        assert_instants_do_not_allocate(&built_in("grasp", &[&architecture]));
     }
 }
 
@@ -80,8 +79,7 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
 #[test]
 fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
     let settings = ["soft.mesh.cells=[4, 2, 2]", "governor.passivity_control=true"];
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    let scene = load("soft-block", &overrides).unwrap();
+    let scene = built_in("soft-block", &settings);
     let simulation = slow::simulation_of(&scene).unwrap().unwrap();
     let (stations, mut consumers) = recorded_stations(&scene);
     let with_soft = |station: Station<SimulatedUser>| {

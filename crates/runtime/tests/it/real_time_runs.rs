@@ -9,7 +9,7 @@ use std::sync::Arc;
 use std::thread;
 use std::time::Duration;
 
-use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene};
+use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene, until};
 use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, SimulatedUser, WorldView};
 use cotouch_runtime::RealTimeOptions;
 use cotouch_runtime::real_time::{join, realisable, run_local, run_local_with, serve};
@@ -31,9 +31,7 @@ fn recorded(path: &Path) -> RealTimeOptions {
 
 /// Waits for something that comes sooner or later, or for the session's end.
 fn wait_until(handle: &SessionHandle, mut is_so: impl FnMut(&SessionHandle) -> bool) {
-    while !handle.has_ended() && !is_so(handle) {
-        thread::sleep(Duration::from_millis(5));
-    }
+    until("what the session comes to", || (handle.has_ended() || is_so(handle)).then_some(()));
     assert!(!handle.has_ended(), "the session ended by itself");
 }
 

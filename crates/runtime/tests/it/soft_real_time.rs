@@ -2,21 +2,18 @@
 
 use std::net::SocketAddr;
 use std::path::Path;
-use std::thread;
-use std::time::Duration;
 
-use crate::sessions::{assert_adds_up, assert_replays};
+use crate::sessions::{assert_adds_up, assert_replays, until};
 use cotouch_runtime::RealTimeOptions;
 use cotouch_runtime::real_time::{join, realisable, run_local, serve};
 use cotouch_runtime::record::RecordKind;
 use cotouch_runtime::recording::Recording;
 use cotouch_runtime::session_handle::SessionHandle;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::built_in;
 
 fn real_scene(name: &str, settings: &[&str]) -> Scene {
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    realisable(&load(name, &overrides).unwrap()).0
+    realisable(&built_in(name, settings)).0
 }
 
 fn recorded(path: &Path, seconds: f64) -> RealTimeOptions {
@@ -77,9 +74,7 @@ fn the_picture_has_the_surface_in_use() {
         let snapshot = handle.snapshot();
         snapshot.hosts[0].soft.as_ref().is_some_and(|surface| surface.0.period.is_some())
     };
-    while !handle.has_ended() && !has_stepped(&handle) {
-        thread::sleep(Duration::from_millis(5));
-    }
+    until("a step of the body", || (handle.has_ended() || has_stepped(&handle)).then_some(()));
     let surface = handle.snapshot().hosts[0].soft.clone().unwrap();
     assert_eq!(surface.0.positions_m.len(), scene.soft.mesh().nodes_m.len());
     handle.stop();
@@ -91,9 +86,7 @@ fn one_user_serves_alone_and_others_join_a_block() {
     let any: SocketAddr = "127.0.0.1:0".parse().unwrap();
     let spring = real_scene("spring", &[]);
     let alone = serve(&spring, any, &RealTimeOptions::default()).unwrap();
-    while alone.elapsed_s() < 0.2 {
-        thread::sleep(Duration::from_millis(5));
-    }
+    until("some ticks", || (alone.elapsed_s() >= 0.2).then_some(()));
     alone.stop();
     assert_adds_up(&alone.finish().unwrap());
 
@@ -102,9 +95,7 @@ fn one_user_serves_alone_and_others_join_a_block() {
     let server = serve(&block, port, &RealTimeOptions::default()).unwrap();
     let (scene, guest) = join(port, None, &RealTimeOptions::default()).unwrap();
     assert_eq!(scene.soft, block.soft);
-    while guest.elapsed_s() < 0.5 && !guest.has_ended() {
-        thread::sleep(Duration::from_millis(5));
-    }
+    until("some steps", || (guest.elapsed_s() >= 0.5 || guest.has_ended()).then_some(()));
     guest.stop();
     let of_guest = guest.finish().unwrap();
     assert!(of_guest.soft.unwrap().steps > 0, "the guest simulates a block of its own");

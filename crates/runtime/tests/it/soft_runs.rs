@@ -14,18 +14,13 @@ use cotouch_runtime::virtual_run;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::{Override, load};
+use cotouch_testkit::scenes::{built_in, edited};
 
 /// A small block, so that a test is quick.
 const SMALL: [&str; 1] = ["soft.mesh.cells=[4, 2, 2]"];
 
-fn soft_scene(name: &str, settings: &[&str]) -> Scene {
-    let overrides: Vec<Override> = settings.iter().map(|text| text.parse().unwrap()).collect();
-    load(name, &overrides).unwrap()
-}
-
 fn block(settings: &[&str]) -> Scene {
-    soft_scene("soft-block", &[&SMALL, settings].concat())
+    built_in("soft-block", &[&SMALL, settings].concat())
 }
 
 fn run(scene: &Scene, seconds: f64, recording: Option<&Path>) -> Summary {
@@ -59,7 +54,7 @@ fn surfaces(recording: &Recording, host: u8) -> Vec<(u64, &SurfaceRecord)> {
 fn one_user_presses_a_spring_and_the_spring_gives_way() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("spring.mcap");
-    let scene = soft_scene("spring", &[]);
+    let scene = built_in("spring", &[]);
     assert_eq!(scene.session.users, 1);
     let summary = run(&scene, 3.0, Some(&path));
     assert!(summary.stable, "{:?}", summary.instability);
@@ -162,8 +157,7 @@ fn a_fork_goes_its_own_way_from_the_same_place() {
 #[test]
 fn what_one_user_presses_the_other_ones_copy_shows() {
     // Ben's hand does nothing.
-    let mut scene = block(&[]);
-    scene.users[1].script.clear();
+    let scene = edited(&block(&[]), |scene| scene.users[1].script.clear());
     let mut session = session(&scene);
     assert!(session.run_to_tick(4400, |_, _| {}));
     let (of_anna, of_ben) = (displacement(&session, 0), displacement(&session, 1));

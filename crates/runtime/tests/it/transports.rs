@@ -133,21 +133,14 @@ fn scene_network(settings: &[&str]) -> VirtualNetwork {
 }
 
 #[test]
-fn every_kind_in_real_time_conforms() {
-    for [near, far] in &real_ends() {
-        Pair { near: &**near, far: &**far, now: &clock::now }.conforms();
-        let mut buffer = [0; 8];
-        let before = clock::now();
-        assert_eq!(near.receive(before, &mut buffer).unwrap(), None);
-        assert!(clock::now().since(before) < 50 * MAX_WAIT.as_nanos() as i64, "a stop is seen");
-    }
-}
-
-#[test]
-fn the_impairment_conforms_and_may_change() {
+fn every_kind_in_real_time_conforms_bare_and_impaired() {
     let slow = Impairment { latency_s: 0.002, ..Impairment::NONE };
-    for ends in real_ends() {
-        let [near, far] = ends.map(Impaired::new);
+    for [near, far] in real_ends() {
+        Pair { near: &*near, far: &*far, now: &clock::now }.conforms();
+        let before = clock::now();
+        assert_eq!(near.receive(before, &mut [0; 8]).unwrap(), None);
+        assert!(clock::now().since(before) < 50 * MAX_WAIT.as_nanos() as i64, "a stop is seen");
+        let [near, far] = [near, far].map(Impaired::new);
         let pair = Pair { near: &near, far: &far, now: &clock::now };
         for impairment in [Impairment::NONE, slow.clone(), Impairment::NONE] {
             near.impair(&impairment, 1, HostIndex(0));

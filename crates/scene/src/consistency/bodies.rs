@@ -1,22 +1,25 @@
 //! What shapes, walls, friction and devices demand.
 
+use std::path::Path;
+
 use glam::DVec3;
 
-use super::{Conflict, conflict};
+use super::conflict::{Conflict, conflict};
 use crate::limits::{MAX_BODIES, MAX_ENTRIES};
-use crate::scene::{DeviceKind, Scene, Shape, ShapeKind, Space};
+use crate::mesh::MeshError;
+use crate::scene::{DeviceKind, SceneValues, Shape, ShapeKind, Space};
 use crate::value::{Value, plain};
 
-pub(super) fn of_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
+pub(super) fn bodies(scene: &SceneValues, found: &mut Vec<Conflict>) {
     if scene.bodies.is_empty() {
-        of_shape("object.", &scene.object.shape, found);
+        check_shape("object.", &scene.object.shape, found);
     }
     for (index, body) in scene.bodies.iter().enumerate() {
-        of_shape(&format!("body.{}.", index + 1), &body.shape, found);
+        check_shape(&format!("body.{}.", index + 1), &body.shape, found);
     }
-    found.extend(of_points(scene));
-    found.extend(of_count(scene));
-    of_friction(scene, found);
+    found.extend(point_among_many(scene));
+    found.extend(count(scene));
+    friction(scene, found);
     for (index, plane) in scene.wall.planes.iter().enumerate() {
         if plane.normal == DVec3::ZERO {
             let key = format!("wall.plane.{}.normal", index + 1);
@@ -32,7 +35,7 @@ pub(super) fn of_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
 }
 
 /// A shape has the numbers that it needs.
-fn of_shape(table: &str, shape: &Shape, found: &mut Vec<Conflict>) {
+fn check_shape(table: &str, shape: &Shape, found: &mut Vec<Conflict>) {
     let word = format!("{table}shape");
     let mut need = |name: &str, value: Value, allowed: &str| {
         let key = format!("{table}{name}");
@@ -54,8 +57,13 @@ fn of_shape(table: &str, shape: &Shape, found: &mut Vec<Conflict>) {
     }
 }
 
+/// What is wrong with the mesh file of the shape in `table`, which is empty or ends in a dot.
+pub(crate) fn surface(table: &str, path: &Path, error: &MeshError) -> Conflict {
+    conflict(&[&format!("{table}mesh")], format!("\"{}\", and {error}", path.display()), error.allowed())
+}
+
 /// A body without a surface is coupled to every finger for good; that leaves none for other bodies.
-fn of_points(scene: &Scene) -> Option<Conflict> {
+fn point_among_many(scene: &SceneValues) -> Option<Conflict> {
     let point = scene.bodies.iter().position(|body| body.shape.kind == ShapeKind::Point)?;
     (scene.bodies.len() > 1).then(|| {
         let key = format!("body.{}.shape", point + 1);
@@ -65,7 +73,7 @@ fn of_points(scene: &Scene) -> Option<Conflict> {
     })
 }
 
-fn of_count(scene: &Scene) -> Option<Conflict> {
+fn count(scene: &SceneValues) -> Option<Conflict> {
     let bodies = scene.bodies.len();
     if bodies > MAX_BODIES {
         let found = format!("a list of {bodies}");
@@ -82,7 +90,7 @@ fn of_count(scene: &Scene) -> Option<Conflict> {
     Some(conflict(&[&key, "body"], found, allowed))
 }
 
-fn of_friction(scene: &Scene, found: &mut Vec<Conflict>) {
+fn friction(scene: &SceneValues, found: &mut Vec<Conflict>) {
     let pairs = [
         ("contact", scene.contact.dynamic_friction, scene.contact.static_friction),
         ("wall", scene.wall.dynamic_friction, scene.wall.static_friction),

@@ -1,13 +1,16 @@
 //! What a soft object demands of the rest of a scene.
 
-use super::{Conflict, conflict};
+use super::conflict::{Conflict, conflict};
 use crate::limits::MAX_USERS;
-use crate::scene::{Scene, ShapeKind, Soft, SoftMeshKind, SoftModel};
+use crate::scene::{SceneValues, ShapeKind, Soft, SoftMeshKind, SoftModel};
 use crate::soft_mesh::{MAX_ELEMENTS, SoftMeshError};
 use crate::time::Schedule;
 use crate::value::{Field as _, Value, plain};
 
-pub(super) fn of_soft(scene: &Scene, found: &mut Vec<Conflict>) {
+/// From this stretch at rest on a skin is not stable whatever is around it.
+const LEAST_UNSTABLE_STRETCH: f64 = 2.0;
+
+pub(super) fn soft(scene: &SceneValues, found: &mut Vec<Conflict>) {
     if !scene.soft.exists() {
         if scene.session.users < 2 {
             let allowed = format!(
@@ -17,10 +20,10 @@ pub(super) fn of_soft(scene: &Scene, found: &mut Vec<Conflict>) {
         }
         return;
     }
-    found.extend(of_rate(scene));
-    of_other_bodies(scene, found);
-    of_mesh(&scene.soft, found);
-    of_model(&scene.soft, found);
+    found.extend(simulation_rate(scene));
+    other_bodies(scene, found);
+    mesh_source(&scene.soft, found);
+    technique(&scene.soft, found);
     for (index, region) in scene.soft.fixed.iter().enumerate() {
         if !region.from_m.cmple(region.to_m).all() {
             let keys = ["to_m", "from_m"].map(|end| format!("soft.fixed.{}.{end}", index + 1));
@@ -30,7 +33,7 @@ pub(super) fn of_soft(scene: &Scene, found: &mut Vec<Conflict>) {
     }
 }
 
-fn of_rate(scene: &Scene) -> Option<Conflict> {
+fn simulation_rate(scene: &SceneValues) -> Option<Conflict> {
     let (control, simulation) = (scene.rates.control_hz, scene.rates.simulation_hz);
     Schedule::new(control, simulation).is_err().then(|| {
         let allowed = format!(
@@ -41,7 +44,7 @@ fn of_rate(scene: &Scene) -> Option<Conflict> {
 }
 
 /// A soft object is the only body.
-fn of_other_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
+fn other_bodies(scene: &SceneValues, found: &mut Vec<Conflict>) {
     let mut refuse = |key: &str, value: String, allowed: &str| {
         found.push(conflict(
             &[key, "soft.model"],
@@ -58,11 +61,11 @@ fn of_other_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
     if !scene.wall.planes.is_empty() {
         refuse("wall.plane", format!("a list of {}", scene.wall.planes.len()), "left out");
     }
-    let of_wall = [
+    let wall = [
         ("wall.stiffness_n_per_m", scene.wall.stiffness_n_per_m),
         ("wall.damping_n_s_per_m", scene.wall.damping_n_s_per_m),
     ];
-    for (key, value) in of_wall {
+    for (key, value) in wall {
         if value > 0.0 {
             refuse(key, plain(value), "0");
         }
@@ -70,7 +73,7 @@ fn of_other_bodies(scene: &Scene, found: &mut Vec<Conflict>) {
 }
 
 /// A mesh has the numbers that its generator needs.
-fn of_mesh(soft: &Soft, found: &mut Vec<Conflict>) {
+fn mesh_source(soft: &Soft, found: &mut Vec<Conflict>) {
     let mesh = &soft.mesh;
     let word = mesh.generator.value();
     let mut need = |name: &str, value: Value, allowed: &str| {
@@ -102,7 +105,7 @@ fn of_mesh(soft: &Soft, found: &mut Vec<Conflict>) {
 }
 
 /// Which technique works with which mesh.
-fn of_model(soft: &Soft, found: &mut Vec<Conflict>) {
+fn technique(soft: &Soft, found: &mut Vec<Conflict>) {
     let keys = ["soft.mesh.generator", "soft.model"];
     let generator = soft.mesh.generator;
     if generator == SoftMeshKind::Spring && soft.model != SoftModel::MassSpring {
@@ -119,6 +122,12 @@ fn of_model(soft: &Soft, found: &mut Vec<Conflict>) {
         let list = format!("a list of {}", soft.fixed.len());
         found.push(conflict(&["soft.fixed", keys[0]], list, allowed));
     }
+    if soft.model == SoftModel::Balloon && soft.skin_stretch >= LEAST_UNSTABLE_STRETCH {
+        let allowed = format!(
+            "less than {LEAST_UNSTABLE_STRETCH}, where the pressure of a balloon's skin begins to fall as it grows"
+        );
+        found.push(conflict(&["soft.skin_stretch", "soft.model"], plain(soft.skin_stretch), allowed));
+    }
     let is_network = soft.model == SoftModel::MassSpring && generator != SoftMeshKind::Spring;
     if is_network && !(0.2..=0.3).contains(&soft.poisson_ratio) {
         let keys = ["soft.poisson_ratio", "soft.model"];
@@ -128,7 +137,7 @@ fn of_model(soft: &Soft, found: &mut Vec<Conflict>) {
 }
 
 /// What is wrong with the mesh of a soft object.
-pub(crate) fn of_soft_mesh(soft: &Soft, error: &SoftMeshError) -> Conflict {
+pub(crate) fn soft_mesh(soft: &Soft, error: &SoftMeshError) -> Conflict {
     if error.is_of_fixed() {
         let regions = match soft.fixed.len() {
             1 => "1 region".to_owned(),

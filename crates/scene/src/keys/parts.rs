@@ -1,7 +1,5 @@
 //! The keys of what a scene has several of: impairments, ways, users and what their hands do.
 
-use glam::DVec3;
-
 use super::Fallback::{Derived, Is, Kept, Required};
 use super::{Access, Fallback, Key, Kind, at, shape};
 use crate::limits::MAX_USERS;
@@ -105,7 +103,8 @@ pub(crate) struct ActionKind {
     /// The value of `do`.
     pub(crate) word: &'static str,
     pub(crate) doc: &'static str,
-    pub(crate) blank: Action,
+    /// An action of this kind before its keys are read.
+    pub(crate) blank: fn() -> Action,
     pub(crate) keys: &'static [Key<Action>],
     /// Whether an action is of this kind.
     pub(crate) is: fn(&Action) -> bool,
@@ -177,11 +176,11 @@ macro_rules! phase {
     };
 }
 macro_rules! kind {
-    ($word:literal, $doc:literal, $variant:ident { $($field:ident: $zero:expr),+ }, [$($key:expr),+ $(,)?]) => {
+    ($word:literal, $doc:literal, $variant:ident { $($field:ident),+ }, [$($key:expr),+ $(,)?]) => {
         ActionKind {
             word: $word,
             doc: $doc,
-            blank: Action::$variant { $($field: $zero),+ },
+            blank: || Action::$variant { $($field: Default::default()),+ },
             keys: const { &[$($key),+] },
             is: |action| matches!(action, Action::$variant { .. }),
         }
@@ -190,18 +189,18 @@ macro_rules! kind {
 
 /// What a simulated hand can do.
 pub(crate) static ACTIONS: &[ActionKind] = &[
-    kind!("relax", "No force.", Relax { duration_s: 0.0 }, [duration!(Relax)]),
-    kind!("hold", "Stay, by tracking, where the hand was.", Hold { duration_s: 0.0 }, [duration!(Hold)]),
+    kind!("relax", "No force.", Relax { duration_s }, [duration!(Relax)]),
+    kind!("hold", "Stay, by tracking, where the hand was.", Hold { duration_s }, [duration!(Hold)]),
     kind!(
         "reach",
         "Go by tracking along a minimum-jerk path.",
-        Reach { to_m: DVec3::ZERO, duration_s: 0.0 },
+        Reach { to_m, duration_s },
         [vector!(Reach.to_m, 10.0, "m", "Where to."), duration!(Reach),]
     ),
     kind!(
         "sinusoid",
         "Swing by tracking about where the hand was.",
-        Sinusoid { amplitude_m: DVec3::ZERO, frequency_hz: 0.0, phase_rad: 0.0, duration_s: 0.0 },
+        Sinusoid { amplitude_m, frequency_hz, phase_rad, duration_s },
         [
             vector!(Sinusoid.amplitude_m, 10.0, "m", "How far to either side."),
             frequency!(Sinusoid),
@@ -212,13 +211,13 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "force",
         "Push with a constant force.",
-        Force { force_n: DVec3::ZERO, duration_s: 0.0 },
+        Force { force_n, duration_s },
         [vector!(Force.force_n, 1000.0, "N", "How hard."), duration!(Force),]
     ),
     kind!(
         "sinusoidal-force",
         "Push to and fro.",
-        SinusoidalForce { amplitude_n: DVec3::ZERO, frequency_hz: 0.0, phase_rad: 0.0, duration_s: 0.0 },
+        SinusoidalForce { amplitude_n, frequency_hz, phase_rad, duration_s },
         [
             vector!(SinusoidalForce.amplitude_n, 1000.0, "N", "How hard to either side."),
             frequency!(SinusoidalForce),
@@ -229,13 +228,13 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "tremor",
         "Physiological tremor: 8 to 12 Hz.",
-        Tremor { rms_n: DVec3::ZERO, duration_s: 0.0 },
+        Tremor { rms_n, duration_s },
         [vector!(Tremor.rms_n, 1000.0, "N", "Root mean square of the force."), duration!(Tremor),]
     ),
     kind!(
         "grasp",
         "Close the fingers on a body, each on the side that it is at; ends when all press, and they hold it from then on.",
-        Grasp { body: String::new(), force_n: 0.0, speed_m_per_s: 0.0, duration_s: 0.0 },
+        Grasp { body, force_n, speed_m_per_s, duration_s },
         [
             Key::new(
                 "body",
@@ -267,19 +266,19 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "carry",
         "Move what is held along a minimum-jerk path.",
-        Carry { by_m: DVec3::ZERO, duration_s: 0.0 },
+        Carry { by_m, duration_s },
         [vector!(Carry.by_m, 10.0, "m", "How far."), duration!(Carry),]
     ),
     kind!(
         "carry-to",
         "Move what is held until its centre is there, as seen when the action begins.",
-        CarryTo { to_m: DVec3::ZERO, duration_s: 0.0 },
+        CarryTo { to_m, duration_s },
         [vector!(CarryTo.to_m, 10.0, "m", "Where to."), duration!(CarryTo),]
     ),
     kind!(
         "lift",
         "Lift what is held, against gravity.",
-        Lift { height_m: 0.0, duration_s: 0.0 },
+        Lift { height_m, duration_s },
         [
             Key::new(
                 "height_m",
@@ -295,7 +294,7 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "turn",
         "Turn what is held about its centre, about the z axis.",
-        Turn { angle_rad: 0.0, duration_s: 0.0 },
+        Turn { angle_rad, duration_s },
         [
             Key::new(
                 "angle_rad",
@@ -311,19 +310,19 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "push",
         "Push what is held with a constant force on top of the grip, shared by the fingers; it fades in and out.",
-        Push { force_n: DVec3::ZERO, duration_s: 0.0 },
+        Push { force_n, duration_s },
         [vector!(Push.force_n, 1000.0, "N", "How hard, all fingers together."), duration!(Push),]
     ),
     kind!(
         "hand-over",
         "Hold what is held until another hand takes its weight: until the load has fallen to half of what it was.",
-        HandOver { duration_s: 0.0 },
+        HandOver { duration_s },
         [at_most!(HandOver)]
     ),
     kind!(
         "let-go",
         "Open the fingers: back from the surface.",
-        LetGo { distance_m: 0.0, duration_s: 0.0 },
+        LetGo { distance_m, duration_s },
         [
             Key::new(
                 "distance_m",
@@ -339,7 +338,7 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "wait-until",
         "Hold until the session's clock shows a time, so that people act together; takes no time when it is later already.",
-        WaitUntil { until_s: 0.0 },
+        WaitUntil { until_s },
         [Key::new(
             "until_s",
             Kind::Number { min: 0.0, max: 86_400.0 },
@@ -352,7 +351,7 @@ pub(crate) static ACTIONS: &[ActionKind] = &[
     kind!(
         "push-and-let-go",
         "Push with a constant force, then let go for the rest.",
-        PushAndLetGo { force_n: DVec3::ZERO, push_s: 0.0, duration_s: 0.0 },
+        PushAndLetGo { force_n, push_s, duration_s },
         [
             vector!(PushAndLetGo.force_n, 1000.0, "N", "How hard."),
             Key::new("push_s", DURATION, Required, "s", "How long the push lasts.", of!(PushAndLetGo.push_s)),

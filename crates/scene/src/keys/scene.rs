@@ -5,7 +5,7 @@ use super::shape;
 use super::{Fallback, Key, Kind, at};
 use crate::limits::MAX_USERS;
 use crate::scene::{
-    Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, Scene,
+    Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, SceneValues,
     SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
 };
 use crate::value::{Choice, Value};
@@ -20,7 +20,7 @@ macro_rules! table_6_1 {
         ByArchitecture {
             distributed: stringify!($distributed),
             centralized: stringify!($centralized),
-            of: |scene: &Scene| {
+            of: |scene: &SceneValues| {
                 Value::Number(match scene.session.architecture {
                     Architecture::Distributed => $distributed as f64,
                     Architecture::Centralized => $centralized as f64,
@@ -33,27 +33,27 @@ macro_rules! table_6_1 {
 /// The same as another field.
 macro_rules! as_in {
     ($says:literal, $($field:ident).+) => {
-        Derived { says: $says, of: |scene: &Scene| Value::Number(scene.$($field).+) }
+        Derived { says: $says, of: |scene: &SceneValues| Value::Number(scene.$($field).+) }
     };
 }
 
-const SLEW: Fallback<Scene> = Derived {
+const SLEW: Fallback<SceneValues> = Derived {
     says: "governor.max_force_n times rates.control_hz",
     of: |scene| Value::Number(scene.governor.max_force_n * scene.rates.control_hz.hz()),
 };
-const USERS: Fallback<Scene> =
+const USERS: Fallback<SceneValues> =
     Kept { says: "the number of [[user]] tables, at least 2, or 1 with a soft object" };
-const NAME: Fallback<Scene> = Kept { says: "the file's name without its ending" };
+const NAME: Fallback<SceneValues> = Kept { says: "the file's name without its ending" };
 
 /// The paper's model has the result of the first force at the end of the period; that of all forces comes one later.
-const RESULT_DELAY: Fallback<Scene> = Derived {
+const RESULT_DELAY: Fallback<SceneValues> = Derived {
     says: "0 where local_model.returned_force is \"first\", else 1",
     of: |scene| Value::Count((scene.local_model.returned_force != ReturnedForce::First).into()),
 };
 
 /// What the analysis chooses for N = 50, the mean force and a result that comes one period later, an object whose K_o is
 /// wrong by up to 30 % and contacts that move together up to three times less easily one way than another.
-const STIFFNESS_RATIO: Fallback<Scene> = Derived {
+const STIFFNESS_RATIO: Fallback<SceneValues> = Derived {
     says: "0.3 where local_model.kind is \"pi\", else 0.35",
     of: |scene| Value::Number(if scene.local_model.kind == LocalModelKind::Pi { 0.3 } else { 0.35 }),
 };
@@ -68,7 +68,7 @@ const ROTATIONAL_DAMPING: Kind = number(-10.0, 1e3);
 
 /// In the order in which a scene is written.
 #[rustfmt::skip]
-pub(crate) static SCENE: &[Key<Scene>] = &[
+pub(crate) static SCENE: &[Key<SceneValues>] = &[
     Key::new("name", Kind::Text { min: 1, max: 64 }, NAME, "", "The scene's name; two hosts may call one scene differently.", at!(name)),
     Key::new("description", Kind::Text { min: 0, max: 500 }, Is(""), "", "One sentence about the scene.", at!(description)),
     Key::new("space", Kind::Choice(Space::WORDS), Is("line"), "", "Where bodies and hands may move: along x, nothing turning; in the x-y plane, turning about z; or everywhere.", at!(space)),

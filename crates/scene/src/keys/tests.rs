@@ -3,9 +3,9 @@
 use super::parts::{ACTIONS, BODY, FINGER, FIXED, IMPAIRMENT, PLANE, USER, WAY};
 use super::scene::SCENE;
 use super::*;
-use crate::blank;
 use crate::error::Place;
 use crate::limits::{MAX_BODIES, MAX_ENTRIES, MAX_FINGERS};
+use crate::scene::SceneValues;
 
 fn read(kind: &Kind, text: &str) -> Option<Value> {
     kind.read(&crate::tree::parse_value(text, &Place::file("test")).unwrap())
@@ -101,17 +101,44 @@ fn samples(kind: &Kind) -> Vec<Value> {
 
 #[test]
 fn every_key_is_what_it_says() {
-    SCENE.iter().for_each(|key| check_key(key, &blank::scene("test".to_owned())));
-    IMPAIRMENT.iter().for_each(|key| check_key(key, &crate::scene::Impairment::NONE));
-    WAY.iter().for_each(|key| check_key(key, &blank::way()));
-    BODY.iter().for_each(|key| check_key(key, &blank::body(1)));
-    FIXED.iter().for_each(|key| check_key(key, &blank::fixed_region()));
-    PLANE.iter().for_each(|key| check_key(key, &blank::wall_plane(1)));
-    FINGER.iter().for_each(|key| check_key(key, &blank::finger()));
-    USER.iter().for_each(|key| check_key(key, &blank::user(1)));
+    SCENE.iter().for_each(|key| check_key(key, &blank(SCENE)));
+    IMPAIRMENT.iter().for_each(|key| check_key(key, &blank(IMPAIRMENT)));
+    WAY.iter().for_each(|key| check_key(key, &blank(WAY)));
+    BODY.iter().for_each(|key| check_key(key, &blank(BODY)));
+    FIXED.iter().for_each(|key| check_key(key, &blank(FIXED)));
+    PLANE.iter().for_each(|key| check_key(key, &blank(PLANE)));
+    FINGER.iter().for_each(|key| check_key(key, &blank(FINGER)));
+    USER.iter().for_each(|key| check_key(key, &blank(USER)));
     for kind in ACTIONS {
-        assert!((kind.is)(&kind.blank), "{}", kind.word);
-        kind.keys.iter().for_each(|key| check_key(key, &kind.blank));
+        let blank = (kind.blank)();
+        assert!((kind.is)(&blank), "{}", kind.word);
+        kind.keys.iter().for_each(|key| check_key(key, &blank));
+    }
+}
+
+/// A field without a key would stay at the zero that reading starts from.
+#[test]
+fn every_field_has_a_key() {
+    let lists = ["bodies", "users", "link.ways", "wall.planes", "soft.fixed"];
+    let names = crate::reference::keys().into_iter().map(|key| key.name);
+    let known: Vec<String> = names.chain(lists.map(str::to_owned)).collect();
+    let mut fields = Vec::new();
+    collect_fields("", &serde_json::to_value(blank::<SceneValues>(SCENE)).unwrap(), &mut fields);
+    for field in fields {
+        let key = field.replace("object.shape.kind", "object.shape").replace("object.shape.", "object.");
+        assert!(known.contains(&key), "{field}");
+    }
+}
+
+/// The dotted names of everything in `table` that is no table.
+fn collect_fields(path: &str, table: &serde_json::Value, fields: &mut Vec<String>) {
+    for (name, value) in table.as_object().unwrap() {
+        let path = format!("{path}{name}");
+        if value.is_object() {
+            collect_fields(&format!("{path}."), value, fields);
+        } else {
+            fields.push(path);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::Workspace;
+use super::workspace::Workspace;
 
 /// Two motors side by side, each with a proximal bar; two distal bars from their ends (the elbows) meet at the haptic
 /// interface point. The frame's origin is half-way between the motors, x from the left motor to the right one; angles

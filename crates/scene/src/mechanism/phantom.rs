@@ -5,8 +5,8 @@ use std::f64::consts::FRAC_PI_2;
 
 use glam::{DMat3, DVec2, DVec3};
 
-use super::Workspace;
 use super::pantograph::reciprocal_condition;
+use super::workspace::Workspace;
 
 /// A turret with a parallelogram: θ₁ turns it about the vertical axis, θ₂ raises the upper arm from the horizontal,
 /// θ₃ swings the forearm out from the vertical; both motors of the parallelogram sit on the turret.

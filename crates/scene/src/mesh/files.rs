@@ -1,28 +1,18 @@
 //! Triangles from files: STL (binary and text), OBJ, glTF and GLB.
 
-use std::fs::File;
-use std::io::{Cursor, Read as _};
+use std::io::Cursor;
 use std::path::Path;
 
 use glam::DVec3;
 
-use super::{EXTENT_M, MAX_TRIANGLES, MeshError, bounds, gltf};
-
-/// Longest mesh file, in bytes.
-pub const LONGEST_FILE: u64 = 1 << 28;
-
-/// Triangles as they are in a file, in metres: vertices may come several times, and nothing need be closed.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Triangles {
-    /// m.
-    pub vertices: Vec<DVec3>,
-    /// Three vertices each.
-    pub triangles: Vec<[u32; 3]>,
-}
+use super::bytes::read_bytes;
+use super::error::MeshError;
+use super::gltf;
+use super::triangles::Triangles;
 
 /// What a mesh file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
+pub enum MeshFormat {
     /// STL, binary or text. Has no unit; vertices are f32.
     Stl,
     /// Wavefront OBJ. Has no unit; polygons are cut into fans.
@@ -31,10 +21,10 @@ pub enum Format {
     Gltf,
 }
 
-impl Format {
+impl MeshFormat {
     /// By the ending of a file's name.
     #[must_use]
-    pub fn of(path: &Path) -> Option<Self> {
+    pub fn from_path(path: &Path) -> Option<Self> {
         let ending = path.extension()?.to_str()?.to_ascii_lowercase();
         match ending.as_str() {
             "stl" => Some(Self::Stl),
@@ -51,7 +41,7 @@ impl Triangles {
     /// # Errors
     /// [`MeshError::Unreadable`], [`MeshError::Format`] or [`MeshError::TooLarge`].
     pub fn read(path: &Path, scale: f64) -> Result<Self, MeshError> {
-        let Some(format) = Format::of(path) else {
+        let Some(format) = MeshFormat::from_path(path) else {
             return Err(MeshError::Unreadable(
                 "its name does not end in .stl, .obj, .gltf or .glb".to_owned(),
             ));
@@ -63,68 +53,20 @@ impl Triangles {
     ///
     /// # Errors
     /// [`MeshError::Unreadable`] for buffers, [`MeshError::Format`] or [`MeshError::TooLarge`].
-    pub fn parse(format: Format, bytes: &[u8], scale: f64, folder: Option<&Path>) -> Result<Self, MeshError> {
+    pub fn parse(
+        format: MeshFormat,
+        bytes: &[u8],
+        scale: f64,
+        folder: Option<&Path>,
+    ) -> Result<Self, MeshError> {
         let mut triangles = match format {
-            Format::Stl => stl(bytes),
-            Format::Obj => obj(bytes),
-            Format::Gltf => gltf::read(bytes, folder),
+            MeshFormat::Stl => stl(bytes),
+            MeshFormat::Obj => obj(bytes),
+            MeshFormat::Gltf => gltf::read(bytes, folder),
         }?;
         triangles.vertices.iter_mut().for_each(|vertex| *vertex *= scale);
         Ok(triangles)
     }
-
-    /// What every mesh must be, closed or not.
-    pub(crate) fn check(&self) -> Result<(), MeshError> {
-        if self.triangles.is_empty() {
-            return Err(MeshError::Empty);
-        }
-        if self.triangles.len() > MAX_TRIANGLES {
-            return Err(MeshError::TooLarge);
-        }
-        if let Some(index) = self.vertices.iter().position(|vertex| !vertex.is_finite()) {
-            return Err(MeshError::NotFinite { vertex: index + 1 });
-        }
-        for (index, triangle) in self.triangles.iter().enumerate() {
-            if let Some(vertex) = triangle.iter().find(|&&vertex| vertex as usize >= self.vertices.len()) {
-                let (vertex, vertices) = (u64::from(*vertex) + 1, self.vertices.len());
-                return Err(MeshError::OutOfRange { triangle: index + 1, vertex, vertices });
-            }
-        }
-        let used = self.triangles.iter().flatten().map(|&vertex| self.vertices[vertex as usize]);
-        let (low, high) = bounds(&used.collect::<Vec<_>>());
-        let extent_m = (high - low).max_element();
-        if !(EXTENT_M.0..=EXTENT_M.1).contains(&extent_m) {
-            return Err(MeshError::Extent { extent_m });
-        }
-        Ok(())
-    }
-
-    /// Adds a triangle.
-    pub(super) fn push(&mut self, triangle: [u32; 3]) -> Result<(), MeshError> {
-        if self.triangles.len() == MAX_TRIANGLES {
-            return Err(MeshError::TooLarge);
-        }
-        self.triangles.push(triangle);
-        Ok(())
-    }
-}
-
-/// The bytes of a regular file.
-pub(crate) fn read_bytes(path: &Path) -> Result<Vec<u8>, MeshError> {
-    let unreadable = |error: std::io::Error| MeshError::Unreadable(error.to_string());
-    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
-        return Err(MeshError::Unreadable("it is not a regular file".to_owned()));
-    }
-    let mut bytes = Vec::new();
-    File::open(path)
-        .map_err(unreadable)?
-        .take(LONGEST_FILE + 1)
-        .read_to_end(&mut bytes)
-        .map_err(unreadable)?;
-    if bytes.len() as u64 > LONGEST_FILE {
-        return Err(MeshError::Unreadable(format!("it is longer than {LONGEST_FILE} bytes")));
-    }
-    Ok(bytes)
 }
 
 /// Text files start with "solid", but so do many binary ones, whose length then is just what their count of triangles says.

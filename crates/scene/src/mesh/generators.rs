@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use super::files::Triangles;
+use super::triangles::Triangles;
 
 /// A ball's surface: an icosahedron of which every triangle is cut into four `subdivisions` times, all vertices at
 /// `radius_m` from the origin. 20·4^subdivisions triangles; 7 is the most that a mesh may have.

@@ -11,8 +11,9 @@ use gltf::buffer::{Buffer, Source};
 use gltf::mesh::Mode;
 use gltf::{Document, Gltf, Mesh, Node, Primitive, Semantic};
 
-use super::MeshError;
-use super::files::{Triangles, read_bytes};
+use super::bytes::read_bytes;
+use super::error::MeshError;
+use super::triangles::Triangles;
 
 /// The triangles in the bytes of a file; buffers may be files in `folder`.
 pub(super) fn read(bytes: &[u8], folder: Option<&Path>) -> Result<Triangles, MeshError> {

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{MeshError, Triangles};
+use super::error::MeshError;
+use super::triangles::Triangles;
 
 /// A triangle that was kept, with its number in the file, from 1.
 pub(super) type Kept = (usize, [u32; 3]);

@@ -2,8 +2,12 @@
 
 use glam::DVec3;
 
-use super::{LEAST_SHAPE, MAX_ELEMENTS};
 use crate::mesh::{EXTENT_M, MeshError};
+
+/// Most tetrahedra, or triangles of a balloon.
+pub const MAX_ELEMENTS: usize = 200_000;
+/// The least shape of a tetrahedron: 6·√2 times its volume over the cube of its longest edge; 1 is a regular one.
+pub const LEAST_SHAPE: f64 = 1e-3;
 
 /// What is wrong with a soft object's mesh. Tetrahedra, triangles and nodes are counted from 1, as they come in the file.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -25,30 +29,30 @@ pub enum SoftMeshError {
     /// There is no tetrahedron.
     #[error("there is no tetrahedron in it")]
     Empty,
-    /// More than [`MAX_ELEMENTS`].
+    /// There are more than [`MAX_ELEMENTS`].
     #[error("it has {found} tetrahedra or triangles")]
     TooLarge {
-        /// How many, about.
+        /// How many there are, about.
         found: usize,
     },
     /// Two tetrahedra in the same place.
     #[error("tetrahedra {tetrahedron} and {other} are on the same side of a face that they share")]
     Overlap {
-        /// One.
+        /// One of the tetrahedra.
         tetrahedron: usize,
-        /// The other.
+        /// The other tetrahedron.
         other: usize,
     },
     /// A node that is nowhere.
     #[error("node {node} has a coordinate that is not a number")]
     NotFinite {
-        /// Which.
+        /// Which node, counted from 1.
         node: usize,
     },
     /// A tetrahedron names a node that does not exist, or one twice.
     #[error("tetrahedron {tetrahedron} names node {node} of {nodes}")]
     OutOfRange {
-        /// Which.
+        /// Which tetrahedron, counted from 1.
         tetrahedron: usize,
         /// The node that it names.
         node: u64,
@@ -58,7 +62,7 @@ pub enum SoftMeshError {
     /// A tetrahedron that is turned inside out, while others are not.
     #[error("tetrahedron {tetrahedron} is inverted: its volume is {volume_m3:.1e} m³")]
     Inverted {
-        /// Which.
+        /// Which tetrahedron, counted from 1.
         tetrahedron: usize,
         /// Its signed volume, where that of most is positive.
         volume_m3: f64,
@@ -68,7 +72,7 @@ pub enum SoftMeshError {
         "tetrahedron {tetrahedron} is flat: its volume is {shape:.1e} of that of a regular one with its longest edge"
     )]
     Flat {
-        /// Which.
+        /// Which tetrahedron, counted from 1.
         tetrahedron: usize,
         /// Its shape, see [`LEAST_SHAPE`].
         shape: f64,
@@ -76,9 +80,9 @@ pub enum SoftMeshError {
     /// A face in more than two tetrahedra.
     #[error("a face of tetrahedron {tetrahedron} is in {count} tetrahedra")]
     NotManifold {
-        /// One of them.
+        /// One of the tetrahedra that have the face.
         tetrahedron: usize,
-        /// How many.
+        /// How many tetrahedra have the face.
         count: usize,
     },
     /// Tetrahedra that hang together by an edge only.
@@ -88,9 +92,9 @@ pub enum SoftMeshError {
     Hinge {
         /// One of the tetrahedra at the edge.
         tetrahedron: usize,
-        /// One end.
+        /// One end of the edge, a node.
         from: usize,
-        /// The other.
+        /// The other end of the edge.
         to: usize,
     },
     /// Smaller or larger than [`EXTENT_M`].
@@ -104,7 +108,7 @@ pub enum SoftMeshError {
     NotFilled {
         /// The edge that was asked for, m.
         edge_m: f64,
-        /// Why.
+        /// What the filling lacks.
         problem: String,
     },
     /// Nothing that is fixed keeps a piece of the mesh from moving or turning.
@@ -115,7 +119,7 @@ pub enum SoftMeshError {
         /// How many of its nodes are fixed: fewer than 3, or all on a line.
         fixed: usize,
     },
-    /// Nothing can move.
+    /// Every node is fixed: nothing can move.
     #[error("all {nodes} nodes are in them")]
     AllFixed {
         /// How many there are.

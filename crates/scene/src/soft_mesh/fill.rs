@@ -8,7 +8,8 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::{SoftMesh, SoftMeshError};
+use super::body::SoftMesh;
+use super::error::SoftMeshError;
 
 /// Most cubes of the lattice.
 const MAX_CUBES: f64 = 400_000.0;
@@ -33,7 +34,7 @@ pub(super) fn fill<F: Fn(DVec3) -> f64>(solid: &Solid<F>, edge_m: f64) -> Result
     let mut told = SoftMeshError::Empty;
     for finer in FINER {
         let (nodes, tetrahedra) = Lattice::over(solid, edge_m * finer / MEAN_EDGE)?.stuff();
-        match SoftMesh::of_tetrahedra(nodes, tetrahedra) {
+        match SoftMesh::from_tetrahedra(nodes, tetrahedra) {
             Err(error @ (SoftMeshError::Hinge { .. } | SoftMeshError::Empty)) => told = error,
             done => return done,
         }

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::SoftMesh;
+use super::body::SoftMesh;
 
 /// Side of the triangle of [`spring`], m.
 const SPRING_SIDE_M: f64 = 0.02;
@@ -11,7 +11,7 @@ const SPRING_SIDE_M: f64 = 0.02;
 /// cut into the six tetrahedra around its (0,0,0)–(1,1,1) diagonal (Kuhn). Node (i, j, k) has the number
 /// `i + (cells_x + 1)·(j + (cells_y + 1)·k)`.
 #[must_use]
-pub fn block(size_m: DVec3, cells: [u32; 3], origin_m: DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
+pub(crate) fn block(size_m: DVec3, cells: [u32; 3], origin_m: DVec3) -> (Vec<DVec3>, Vec<[u32; 4]>) {
     let [nx, ny, nz] = cells;
     let number = |[i, j, k]: [u32; 3]| i + (nx + 1) * (j + (ny + 1) * k);
     let mut nodes = Vec::new();
@@ -46,7 +46,7 @@ fn kuhn(corner: [u32; 3]) -> [[[u32; 3]; 4]; 6] {
 /// The paper's object: an equilateral triangle of 20 mm sides across the x axis, its centroid at `origin_m`, its outer side
 /// towards −x, every node tied to where it rests with a third of `stiffness_n_per_m`.
 #[must_use]
-pub fn spring(stiffness_n_per_m: f64, origin_m: DVec3) -> SoftMesh {
+pub(crate) fn spring(stiffness_n_per_m: f64, origin_m: DVec3) -> SoftMesh {
     let (half, from_centre) = (SPRING_SIDE_M / 2.0, SPRING_SIDE_M / 12f64.sqrt());
     let nodes_m = vec![
         origin_m + DVec3::new(0.0, 2.0 * from_centre, 0.0),

@@ -2,12 +2,14 @@
 
 use glam::DVec3;
 
-use super::{SoftMesh, SoftMeshError, topology};
-use crate::scene::FixedRegion;
+use super::body::SoftMesh;
+use super::error::SoftMeshError;
+use super::region::FixedRegion;
+use super::topology;
 
 impl SoftMesh {
     /// Every piece has three fixed nodes that are not on a line, and some node is free.
-    pub(super) fn check_held(&self, regions: &[FixedRegion]) -> Result<(), SoftMeshError> {
+    pub(crate) fn check_held(&self, regions: &[FixedRegion]) -> Result<(), SoftMeshError> {
         let fixed = self.fixed_nodes(regions);
         if fixed.iter().all(|&fixed| fixed) {
             return Err(SoftMeshError::AllFixed { nodes: fixed.len() });

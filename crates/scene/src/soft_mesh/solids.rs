@@ -4,8 +4,9 @@ use glam::DVec3;
 use parry3d_f64::query::PointQuery as _;
 use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 
+use super::body::SoftMesh;
+use super::error::{MAX_ELEMENTS, SoftMeshError};
 use super::fill::{Solid, fill};
-use super::{MAX_ELEMENTS, SoftMesh, SoftMeshError};
 use crate::mesh::{TriangleMesh, Triangles};
 
 /// How much of a surface's volume its filling must have.

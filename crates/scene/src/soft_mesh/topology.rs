@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::{LEAST_SHAPE, MAX_ELEMENTS, SoftMeshError};
+use super::error::{LEAST_SHAPE, MAX_ELEMENTS, SoftMeshError};
 use crate::mesh::EXTENT_M;
 
 /// Six times the signed volume, m³.

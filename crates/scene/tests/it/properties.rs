@@ -1,14 +1,11 @@
 //! Any scene survives being written and read; no text and no override makes the reader panic.
 
-use std::sync::Arc;
-
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
     Action, Architecture, Body, Coordination, DeviceKind, Finger, FixedRegion, Impairment, Integrator,
-    LocalModelKind, PlayOut, ReturnedForce, Shape, ShapeKind, SoftMeshKind, SoftModel, Space, StiffnessFrom,
-    SurfaceHold, VelocityEstimate, WallPlane, WallSides, Way,
+    LocalModelKind, PlayOut, ReturnedForce, SceneValues, Shape, ShapeKind, SoftMeshKind, SoftModel, Space,
+    StiffnessFrom, SurfaceHold, VelocityEstimate, WallPlane, WallSides, Way,
 };
-use cotouch_scene::soft_mesh::SoftMesh;
 use cotouch_scene::{Override, Scene, builtin, load, parse, parse_bytes, scene_hash, to_toml, with_override};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -99,13 +96,19 @@ fn bodies() -> impl Strategy<Value = Vec<Body>> {
     })
 }
 
+/// The scene of these values, which must be allowed.
+fn checked(values: SceneValues) -> Scene {
+    load("single-axis", &[]).unwrap().edit(|scene| *scene = values).unwrap()
+}
+
 /// `scene` with walls, bodies, fingers and all that goes with them.
 fn with_bodies() -> impl Strategy<Value = Scene> {
     let fingers = prop::collection::vec((vector(), prop::collection::vec(action(), 0..2)), 1..5);
     let planes = prop::collection::vec((vector(), [0.1..1.0f64, -1.0..1.0, -1.0..1.0]), 0..3);
     let words = (any::<bool>(), 0..4u8, any::<bool>());
     (scene(), bodies(), fingers, planes, words, prop::array::uniform8(0.0..1.0f64)).prop_map(
-        |(mut scene, bodies, fingers, planes, words, at)| {
+        |(scene, bodies, fingers, planes, words, at)| {
+            let mut scene = SceneValues::clone(&scene);
             scene.object.shape = shape(words.1, DVec3::splat(at[0]), at[1] + 0.1);
             scene.object.axis_damping_n_s_per_m = DVec3::new(at[0], 1.0 - at[1], at[2]);
             scene.object.rotational_damping_n_m_s_per_rad = at[2] - 0.5;
@@ -138,7 +141,7 @@ fn with_bodies() -> impl Strategy<Value = Scene> {
             scene.wall.planes = planes.into_iter().enumerate().map(plane).collect();
             let finger = |(position_m, script)| Finger { position_m, script };
             scene.users[0].fingers = fingers.into_iter().map(finger).collect();
-            scene
+            checked(scene)
         },
     )
 }
@@ -152,7 +155,7 @@ fn scene() -> impl Strategy<Value = Scene> {
     let rates = (1u32..20_000, 1u32..1000, 0u32..64, 0u64..1 << 63);
     (words, numbers, users, rates, impairment(), prop::option::of(impairment())).prop_map(
         |(words, at, users, (control, divisor, delay, seed), impairment, way)| {
-            let mut scene = load("single-axis", &[]).unwrap();
+            let mut scene = SceneValues::clone(&load("single-axis", &[]).unwrap());
             if words.0 {
                 scene.session.architecture = Architecture::Centralized;
             }
@@ -193,7 +196,7 @@ fn scene() -> impl Strategy<Value = Scene> {
                     script.into_iter().filter(|action| !matches!(action, Action::Grasp { .. })).collect();
                 scene.users.push(cotouch_scene::scene::User { name, script, tracking, ..template.clone() });
             }
-            scene
+            checked(scene)
         },
     )
 }
@@ -203,7 +206,8 @@ fn with_soft() -> impl Strategy<Value = Scene> {
     let mesh = (0..4u8, [1..4u32, 1..4, 1..4], [0.2..0.3f64, 0.2..0.3, 0.2..0.3], vector());
     let words = (0..3u8, 0..4u8, 0..3u8, any::<bool>(), any::<bool>());
     (scene(), mesh, words, prop::array::uniform16(0.0..1.0f64)).prop_map(
-        |(mut scene, (generator, cells, size, origin_m), words, at)| {
+        |(scene, (generator, cells, size, origin_m), words, at)| {
+            let mut scene = SceneValues::clone(&scene);
             scene.wall.stiffness_n_per_m = 0.0;
             scene.rates.simulation_hz = scene.rates.network_hz;
             let soft = &mut scene.soft;
@@ -222,7 +226,6 @@ fn with_soft() -> impl Strategy<Value = Scene> {
             let middle = origin_m.z + if generator < 2 { 0.0 } else { 0.05 };
             let to_m = (origin_m + reach).with_z(middle);
             soft.fixed = vec![FixedRegion { from_m: origin_m - reach, to_m }];
-            soft.nodes = Some(Arc::new(SoftMesh::of(soft).unwrap()));
             let local = &mut scene.local_model;
             local.kind =
                 [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
@@ -238,7 +241,7 @@ fn with_soft() -> impl Strategy<Value = Scene> {
             local.sides = if words.4 { WallSides::Two } else { WallSides::One };
             (local.exit_threshold_m, local.entry_threshold_m) = (at[11] * 0.1, at[12] * 0.1);
             (local.threshold_force_n, local.drain_periods, local.friction) = (at[13], 0.01 + at[14], at[15]);
-            scene
+            checked(scene)
         },
     )
 }

@@ -136,6 +136,31 @@ fn numbers_that_change_do_not_make_the_mesh_again_unless_they_are_of_it() {
 }
 
 #[test]
+fn an_edit_of_the_mesh_makes_it_again() {
+    let scene = read(BLOCK);
+    let softer = scene.edit(|scene| scene.soft.young_pa = 5e3).unwrap();
+    assert!(Arc::ptr_eq(scene.soft.mesh(), softer.soft.mesh()));
+    let finer = scene.edit(|scene| scene.soft.mesh.cells = [7, 2, 2]).unwrap();
+    assert_eq!(finer.soft.mesh().tetrahedra.len(), 7 * 2 * 2 * 6);
+    let floating = scene.edit(|scene| scene.soft.fixed.clear()).unwrap_err().to_string();
+    assert!(floating.contains("soft.fixed is 0 regions"), "{floating}");
+    let gone = scene.edit(|scene| scene.soft.model = SoftModel::None).unwrap();
+    assert!(gone.soft.nodes.is_none());
+}
+
+#[test]
+fn a_skin_is_stretched_but_less_than_twice() {
+    let balloon = load("balloon", &[]).unwrap();
+    for stretch in [0.9, 2.0, 2.5, f64::NAN] {
+        let error = balloon.edit(|scene| scene.soft.skin_stretch = stretch).unwrap_err().to_string();
+        assert!(error.contains(&format!("soft.skin_stretch is {stretch}; it must be")), "{error}");
+    }
+    for stretch in [1.001, 1.99] {
+        assert!(balloon.edit(|scene| scene.soft.skin_stretch = stretch).is_ok(), "{stretch}");
+    }
+}
+
+#[test]
 fn what_is_left_out_of_a_local_model_follows() {
     let scene = read(BLOCK);
     let local = &scene.local_model;

@@ -5,8 +5,7 @@ use std::path::{Path, PathBuf};
 
 use cotouch_scene::mesh::generators::{cuboid, icosphere, torus};
 use cotouch_scene::scene::Scene;
-use cotouch_scene::soft_mesh::files::{Cells, Format};
-use cotouch_scene::soft_mesh::{SoftMesh, SoftMeshError, solids};
+use cotouch_scene::soft_mesh::{Cells, SoftMesh, SoftMeshError, TetrahedraFormat, solids};
 use cotouch_scene::{load, scene_hash, to_toml, with_override};
 use glam::DVec3;
 use proptest::prelude::*;
@@ -17,7 +16,7 @@ fn folder() -> PathBuf {
 
 fn examples() -> Vec<PathBuf> {
     let entries = fs::read_dir(folder()).unwrap().map(|entry| entry.unwrap().path());
-    let mut all: Vec<PathBuf> = entries.filter(|path| Format::of(path).is_some()).collect();
+    let mut all: Vec<PathBuf> = entries.filter(|path| TetrahedraFormat::from_path(path).is_some()).collect();
     all.sort();
     all
 }
@@ -40,7 +39,7 @@ fn all_programs_write_the_same_box() {
         let name = path.file_name().unwrap().to_str().unwrap();
         let cells = Cells::read(&path, 0.1, DVec3::Z).unwrap_or_else(|error| panic!("{name}: {error}"));
         assert_eq!((cells.tetrahedra.len(), cells.triangles.len()), (24, 24), "{name}");
-        let mesh = SoftMesh::of_tetrahedra(cells.nodes_m, cells.tetrahedra).unwrap();
+        let mesh = SoftMesh::from_tetrahedra(cells.nodes_m, cells.tetrahedra).unwrap();
         assert_eq!((mesh.nodes_m.len(), mesh.triangles.len()), (14, 24), "{name}");
         assert!((mesh.volume_m3() / 2e-3 - 1.0).abs() < 1e-6, "{name}: {}", mesh.volume_m3());
         let low = mesh.nodes_m.iter().copied().reduce(DVec3::min).unwrap();
@@ -77,7 +76,7 @@ fn closed_surfaces_are_filled() {
         ("ring", torus(0.1, 0.04, 48, 24), 0.015, 0),
     ] {
         let mesh = solids::filled(&surface, edge_m).unwrap_or_else(|error| panic!("{name}: {error}"));
-        let part = mesh.volume_m3() / SoftMesh::of_skin(&surface).unwrap().volume_m3();
+        let part = mesh.volume_m3() / SoftMesh::from_skin(&surface).unwrap().volume_m3();
         assert!((0.9..1.0001).contains(&part), "{name}: {part}");
         let mut nodes: Vec<u32> = mesh.triangles.iter().flatten().copied().collect();
         nodes.sort_unstable();
@@ -110,7 +109,7 @@ fn nodes() -> Vec<DVec3> {
 
 /// What is told of tetrahedra between the nodes above.
 fn told(tetrahedra: &[[u32; 4]]) -> String {
-    match SoftMesh::of_tetrahedra(nodes(), tetrahedra.to_vec()) {
+    match SoftMesh::from_tetrahedra(nodes(), tetrahedra.to_vec()) {
         Ok(_) => "fine".to_owned(),
         Err(error) => format!("{error}; it must be {}", error.allowed()),
     }
@@ -134,9 +133,9 @@ fn a_bad_mesh_names_its_element() {
     ];
     let mut nowhere = nodes();
     nowhere[6].y = f64::NAN;
-    let not_a_number = SoftMesh::of_tetrahedra(nowhere, vec![whole]).unwrap_err();
+    let not_a_number = SoftMesh::from_tetrahedra(nowhere, vec![whole]).unwrap_err();
     let large = nodes().iter().map(|&node| node * 20.0).collect();
-    let too_large = SoftMesh::of_tetrahedra(large, vec![whole]).unwrap_err();
+    let too_large = SoftMesh::from_tetrahedra(large, vec![whole]).unwrap_err();
     insta::assert_snapshot!(format!("{}\n{not_a_number}\n{too_large}", messages.join("\n")));
 }
 
@@ -146,12 +145,14 @@ fn a_bad_file_says_what_is_wrong() {
         Ok(cells) => format!("{} tetrahedra", cells.tetrahedra.len()),
         Err(error) => error.to_string(),
     };
-    let msh = |rest: &str| told(Format::Msh, &format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{rest}"));
-    let vtk = |rest: &str| told(Format::Vtk, &format!("# vtk DataFile Version 3.0\n\nASCII\n{rest}"));
+    let msh =
+        |rest: &str| told(TetrahedraFormat::Msh, &format!("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n{rest}"));
+    let vtk =
+        |rest: &str| told(TetrahedraFormat::Vtk, &format!("# vtk DataFile Version 3.0\n\nASCII\n{rest}"));
     let points = "DATASET UNSTRUCTURED_GRID\nPOINTS 4 float\n0 0 0 1 0 0 0 1 0 0 0 1\n";
     let vtu = |inside: &str| {
         told(
-            Format::Vtu,
+            TetrahedraFormat::Vtu,
             &format!(
                 "<VTKFile type=\"UnstructuredGrid\"><UnstructuredGrid>{inside}</UnstructuredGrid></VTKFile>"
             ),
@@ -170,10 +171,10 @@ fn a_bad_file_says_what_is_wrong() {
         format!("<Piece><Points>{points}</Points><Cells>{}</Cells></Piece>", cells.concat())
     };
     let messages = [
-        told(Format::Msh, "solid"),
-        told(Format::Msh, "$MeshFormat\n4 0 8\n$EndMeshFormat"),
-        told(Format::Msh, "$MeshFormat\n4.1 0 4\n$EndMeshFormat"),
-        told(Format::Msh, "$MeshFormat\n2.2 0 8\n"),
+        told(TetrahedraFormat::Msh, "solid"),
+        told(TetrahedraFormat::Msh, "$MeshFormat\n4 0 8\n$EndMeshFormat"),
+        told(TetrahedraFormat::Msh, "$MeshFormat\n4.1 0 4\n$EndMeshFormat"),
+        told(TetrahedraFormat::Msh, "$MeshFormat\n2.2 0 8\n"),
         msh("$Nodes\n99999999\n"),
         msh("$Nodes\n2\n1 0 0 0\n"),
         msh("$Nodes\n2\n1 0 0 0\n1 0 0 0\n$EndNodes\n"),
@@ -182,8 +183,8 @@ fn a_bad_file_says_what_is_wrong() {
         msh("$Nodes\n1\n1 0 zero 0\n$EndNodes\n"),
         msh("$Elements\n1\n1 99 0 1\n$EndElements\n"),
         msh("nodes"),
-        told(Format::Vtk, "# vtk DataFile\n\nASCII\n"),
-        told(Format::Vtk, "# vtk DataFile Version 3.0\n\nTEXT\n"),
+        told(TetrahedraFormat::Vtk, "# vtk DataFile\n\nASCII\n"),
+        told(TetrahedraFormat::Vtk, "# vtk DataFile Version 3.0\n\nTEXT\n"),
         vtk("DATASET STRUCTURED_POINTS\n"),
         vtk(&format!("{points}CELLS 1 5\n4 0 1 2 3\nCELL_TYPES 1\n10\n")),
         vtk(&format!("{points}CELLS 1 5\n4 0 1 2 4\nCELL_TYPES 1\n10\n")),
@@ -198,9 +199,12 @@ fn a_bad_file_says_what_is_wrong() {
         vtu(&piece("10", "0 1 2 x")),
         vtu(&piece("12", "0 1 2 3")),
         vtu(&piece("10 10", "0 1 2 3")),
-        told(Format::Vtu, "<VTKFile type=\"PolyData\"/>"),
-        told(Format::Vtu, "<VTKFile type=\"UnstructuredGrid\">"),
-        told(Format::Vtu, "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"/>"),
+        told(TetrahedraFormat::Vtu, "<VTKFile type=\"PolyData\"/>"),
+        told(TetrahedraFormat::Vtu, "<VTKFile type=\"UnstructuredGrid\">"),
+        told(
+            TetrahedraFormat::Vtu,
+            "<VTKFile type=\"UnstructuredGrid\" compressor=\"vtkLZ4DataCompressor\"/>",
+        ),
     ];
     insta::assert_snapshot!(messages.join("\n"));
 }
@@ -209,11 +213,11 @@ fn a_bad_file_says_what_is_wrong() {
 #[test]
 fn nonsense_is_refused_soon() {
     let deep = "<VTKFile type=\"UnstructuredGrid\">".repeat(50_000);
-    assert!(Cells::parse(Format::Vtu, deep.as_bytes()).is_err());
+    assert!(Cells::parse(TetrahedraFormat::Vtu, deep.as_bytes()).is_err());
     let many = format!("# vtk DataFile Version 5.1\n\nBINARY\nPOINTS {} double\n", u64::MAX);
-    assert!(Cells::parse(Format::Vtk, many.as_bytes()).is_err());
+    assert!(Cells::parse(TetrahedraFormat::Vtk, many.as_bytes()).is_err());
     let many = format!("$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n{0} {0} {0} {0}\n", u64::MAX);
-    assert!(Cells::parse(Format::Msh, many.as_bytes()).is_err());
+    assert!(Cells::parse(TetrahedraFormat::Msh, many.as_bytes()).is_err());
 }
 
 proptest! {
@@ -234,12 +238,12 @@ proptest! {
         if cut > 0.3 {
             bytes.truncate((cut * bytes.len() as f64) as usize);
         }
-        if let Ok(cells) = Cells::parse(Format::of(path).unwrap(), &bytes) {
+        if let Ok(cells) = Cells::parse(TetrahedraFormat::from_path(path).unwrap(), &bytes) {
             let nodes = cells.nodes_m.len();
             let named = cells.tetrahedra.iter().flatten().chain(cells.triangles.iter().flatten());
             prop_assert!(named.into_iter().all(|&node| (node as usize) < nodes));
             // Whatever it is, it is a mesh or an error.
-            if let Ok(mesh) = SoftMesh::of_tetrahedra(cells.nodes_m, cells.tetrahedra) {
+            if let Ok(mesh) = SoftMesh::from_tetrahedra(cells.nodes_m, cells.tetrahedra) {
                 prop_assert!(mesh.volume_m3() > 0.0 && mesh.nodes_m.iter().all(|node| node.is_finite()));
             }
         }
@@ -250,11 +254,12 @@ proptest! {
 fn tetrahedra_in_the_same_place_are_named() {
     let nodes = |fifth| vec![DVec3::ZERO, DVec3::X * 0.1, DVec3::Y * 0.1, DVec3::Z * 0.1, fifth];
     let two = vec![[0, 1, 2, 3], [0, 1, 2, 4]];
-    let overlap = SoftMesh::of_tetrahedra(nodes(DVec3::new(0.02, 0.02, 0.15)), two.clone());
+    let overlap = SoftMesh::from_tetrahedra(nodes(DVec3::new(0.02, 0.02, 0.15)), two.clone());
     assert_eq!(overlap, Err(SoftMeshError::Overlap { tetrahedron: 1, other: 2 }));
-    let twice = SoftMesh::of_tetrahedra(nodes(DVec3::ZERO), vec![[0, 1, 2, 3], [0, 1, 2, 3]]);
+    let twice = SoftMesh::from_tetrahedra(nodes(DVec3::ZERO), vec![[0, 1, 2, 3], [0, 1, 2, 3]]);
     assert_eq!(twice, Err(SoftMeshError::Overlap { tetrahedron: 1, other: 2 }));
     // On the other side it is fine, its nodes the other way round.
-    let mesh = SoftMesh::of_tetrahedra(nodes(DVec3::new(0.02, 0.02, -0.1)), vec![[0, 1, 2, 3], [0, 2, 1, 4]]);
+    let mesh =
+        SoftMesh::from_tetrahedra(nodes(DVec3::new(0.02, 0.02, -0.1)), vec![[0, 1, 2, 3], [0, 2, 1, 4]]);
     assert_eq!(mesh.unwrap().triangles.len(), 6);
 }

@@ -27,7 +27,7 @@ pub(crate) fn body(mesh: &SoftMesh) -> Corotational {
 
 /// A description to change: that of a built-in scene, whatever it says.
 fn any_soft_object() -> Soft {
-    Source::named("single-axis").load(&[]).expect("a built-in scene").soft
+    Source::named("single-axis").load(&[]).expect("a built-in scene").soft.clone()
 }
 
 /// Cells, each cut into the six tetrahedra around its (0,0,0)–(1,1,1) diagonal.

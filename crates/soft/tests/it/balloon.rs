@@ -10,8 +10,10 @@ const RADIUS: f64 = 0.05;
 /// A ball of water in rubber that stands on its lowest part.
 fn standing(halvings: u32) -> Scene {
     let mut scene = scene(SoftModel::Balloon, sphere(RADIUS, halvings));
-    scene.soft.young_pa = 100e3;
-    scene.soft.poisson_ratio = 0.4;
+    scene = scene.edit_unchecked(|scene| {
+        scene.soft.young_pa = 100e3;
+        scene.soft.poisson_ratio = 0.4;
+    });
     fix(&mut scene, [-1.0, -1.0, -1.0], [1.0, 1.0, -0.7 * RADIUS]);
     scene
 }
@@ -48,8 +50,7 @@ fn blown_up_it_rests() {
 fn every_allowed_stretch_rests_and_says_its_compliance() {
     let mut last = f64::INFINITY;
     for stretch in [1.001, 1.1, 1.5, 1.99] {
-        let mut scene = standing(1);
-        scene.soft.skin_stretch = stretch;
+        let scene = standing(1).edit_unchecked(|scene| scene.soft.skin_stretch = stretch);
         let body = soft_body(&scene).unwrap();
         let top = at_node(outermost(&*body, DVec3::Z));
         let compliance = body.compliance(&[top]).unwrap();
@@ -65,8 +66,7 @@ fn every_allowed_stretch_rests_and_says_its_compliance() {
 
 #[test]
 fn the_volume_is_kept_however_hard_and_long_it_is_pressed() {
-    let mut scene = standing(2);
-    scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
+    let scene = standing(2).edit_unchecked(|scene| scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81));
     let mut body = soft_body(&scene).unwrap();
     let at_first = volume(&*body);
     for force in [0.5, 5.0, 50.0, 1000.0] {
@@ -99,8 +99,7 @@ fn pressing_here_bulges_there() {
 #[test]
 fn a_step_is_what_its_linearisation_says_at_rest_and_pressed() {
     for (newton_steps, force) in [(1, 0.0), (1, 0.3), (3, 0.3)] {
-        let mut scene = standing(1);
-        scene.soft.newton_steps = newton_steps;
+        let scene = standing(1).edit_unchecked(|scene| scene.soft.newton_steps = newton_steps);
         let mut body = soft_body(&scene).unwrap();
         let forces = [press(&*body, DVec3::X, force * DVec3::new(-1.0, 0.0, -0.3))];
         body.settle(&forces).unwrap();
@@ -139,10 +138,11 @@ fn the_compliance_is_symmetric_and_what_small_forces_do() {
 #[test]
 fn energy_never_grows_without_input() {
     for (seed, far) in [(1, 1e-4), (2, 5e-3), (3, 0.1)] {
-        let mut scene = standing(1);
-        scene.soft.stiffness_damping_s = 0.0;
-        scene.soft.mass_damping_per_s = 0.0;
-        scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
+        let scene = standing(1).edit_unchecked(|scene| {
+            scene.soft.stiffness_damping_s = 0.0;
+            scene.soft.mass_damping_per_s = 0.0;
+            scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
+        });
         let mut body = soft_body(&scene).unwrap();
         body.set_state(&shaken(&*body, seed, far, 10.0 * far));
         // The first step brings back the volume that the made-up state had not.
@@ -192,8 +192,7 @@ fn collapsed_flat_and_inside_out_it_recovers() {
 
 #[test]
 fn without_inertia_every_step_ends_in_equilibrium() {
-    let mut scene = standing(2);
-    scene.soft.quasi_static = true;
+    let scene = standing(2).edit_unchecked(|scene| scene.soft.quasi_static = true);
     let mut stepped = soft_body(&scene).unwrap();
     let mut settled = stepped.clone();
     let forces = [press(&*stepped, DVec3::Y, -0.2 * DVec3::Y)];
@@ -226,13 +225,6 @@ fn what_is_no_balloon_is_said_in_words() {
     open.triangles.pop();
     assert!(refused(&scene(SoftModel::Balloon, open)).contains("closed"));
     assert!(refused(&scene(SoftModel::Balloon, common::block([1, 1, 1], 0.1))).contains("6 tetrahedra"));
-    for stretch in [0.9, 2.5, f64::NAN] {
-        let mut wrong = standing(1);
-        wrong.soft.skin_stretch = stretch;
-        let text = refused(&wrong);
-        assert!(text.contains("soft.skin_stretch") && text.contains(&stretch.to_string()), "{text}");
-    }
-    let mut floating = standing(1);
-    floating.soft.fixed.clear();
+    let floating = standing(1).edit_unchecked(|floating| floating.soft.fixed.clear());
     assert!(matches!(soft_body(&floating), Err(SoftError::NotHeld(_))));
 }

@@ -5,33 +5,36 @@ use std::sync::Arc;
 use cotouch_scene::scene::{FixedRegion, Scene, SoftModel};
 use cotouch_scene::soft_mesh::SoftMesh;
 use cotouch_soft::{LinearBody, MaterialPoint, PointForce, SoftBody, SoftState};
+use cotouch_testkit::Random;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 /// A scene with this soft object: 60 Hz, a little damping, nothing fixed, no gravity.
 pub(crate) fn scene(model: SoftModel, mesh: SoftMesh) -> Scene {
-    let mut scene = cotouch_scene::load("single-axis", &[]).expect("it is built in");
-    scene.rates.simulation_hz = "60".parse().expect("a rate");
-    scene.gravity_m_per_s2 = DVec3::ZERO;
-    let soft = &mut scene.soft;
-    soft.model = model;
-    soft.young_pa = 20e3;
-    soft.poisson_ratio = 0.25;
-    soft.density_kg_per_m3 = 1000.0;
-    soft.mass_damping_per_s = 0.3;
-    soft.stiffness_damping_s = 0.01;
-    soft.newton_steps = 1;
-    soft.quasi_static = false;
-    soft.skin_thickness_m = 1e-3;
-    soft.skin_stretch = 1.3;
-    soft.fixed = Vec::new();
-    soft.nodes = Some(Arc::new(mesh));
-    scene
+    cotouch_scene::load("single-axis", &[]).expect("it is built in").edit_unchecked(|scene| {
+        scene.rates.simulation_hz = "60".parse().expect("a rate");
+        scene.gravity_m_per_s2 = DVec3::ZERO;
+        let soft = &mut scene.soft;
+        soft.model = model;
+        soft.young_pa = 20e3;
+        soft.poisson_ratio = 0.25;
+        soft.density_kg_per_m3 = 1000.0;
+        soft.mass_damping_per_s = 0.3;
+        soft.stiffness_damping_s = 0.01;
+        soft.newton_steps = 1;
+        soft.quasi_static = false;
+        soft.skin_thickness_m = 1e-3;
+        soft.skin_stretch = 1.3;
+        soft.fixed = Vec::new();
+        soft.nodes = Some(Arc::new(mesh));
+    })
 }
 
 /// Fixes all nodes in a box.
 pub(crate) fn fix(scene: &mut Scene, from: [f64; 3], to: [f64; 3]) {
-    scene.soft.fixed.push(FixedRegion { from_m: DVec3::from(from), to_m: DVec3::from(to) });
+    *scene = scene.edit_unchecked(|scene| {
+        scene.soft.fixed.push(FixedRegion { from_m: DVec3::from(from), to_m: DVec3::from(to) })
+    });
 }
 
 /// The paper's spring: an equilateral triangle of 20 mm sides across the x axis.
@@ -44,9 +47,7 @@ pub(crate) fn spring_scene(stiffness_n_per_m: f64, quasi_static: bool) -> Scene 
     let nodes_m = vec![corner(0.0), corner(1.0), corner(2.0)];
     let mesh =
         SoftMesh { nodes_m, tetrahedra: vec![], triangles: vec![[0, 1, 2]], tied_n_per_m: stiffness_n_per_m };
-    let mut scene = scene(SoftModel::MassSpring, mesh);
-    scene.soft.quasi_static = quasi_static;
-    scene
+    scene(SoftModel::MassSpring, mesh).edit_unchecked(|scene| scene.soft.quasi_static = quasi_static)
 }
 
 /// Cubes of `edge` m, each cut into six tetrahedra around a diagonal; one corner at the origin.
@@ -224,12 +225,8 @@ pub(crate) fn at_node(node: usize) -> MaterialPoint {
 
 /// The state with every node moved and set moving at random, the same for the same seed.
 pub(crate) fn shaken(body: &dyn SoftBody, seed: u64, far_m: f64, fast_m_per_s: f64) -> SoftState {
-    let mut number = seed;
-    let mut random = move || {
-        number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (number >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    let mut vector = move || DVec3::new(random(), random(), random());
+    let mut random = Random::new(seed);
+    let mut vector = move || 2.0 * DVec3::from_array([(); 3].map(|()| random.unit())) - 1.0;
     let mut state = body.state().clone();
     state.positions_m.iter_mut().for_each(|position| *position += far_m * vector());
     state.velocities_m_per_s.iter_mut().for_each(|velocity| *velocity = fast_m_per_s * vector());

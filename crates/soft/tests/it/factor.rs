@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cotouch_soft::factor::{BlockMatrix, Factor, NotPositive, Symbolic};
+use cotouch_testkit::Random;
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, DVector};
 use proptest::prelude::*;
@@ -49,11 +50,8 @@ fn springs(
 }
 
 fn numbers(seed: u64) -> impl Iterator<Item = f64> {
-    let mut state = seed | 1;
-    std::iter::repeat_with(move || {
-        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
-    })
+    let mut random = Random::new(seed | 1);
+    std::iter::repeat_with(move || random.unit() - 0.5)
 }
 
 fn dense(matrix: &BlockMatrix) -> DMatrix<f64> {

@@ -23,8 +23,7 @@ fn tip(body: &dyn SoftBody) -> MaterialPoint {
 #[test]
 fn a_step_is_what_its_linearisation_says_at_rest_and_pressed() {
     for (newton_steps, press) in [(1, 0.0), (1, 0.4), (2, 0.4)] {
-        let mut scene = clamped([2, 1, 1]);
-        scene.soft.newton_steps = newton_steps;
+        let scene = clamped([2, 1, 1]).edit_unchecked(|scene| scene.soft.newton_steps = newton_steps);
         let mut body = soft_body(&scene).unwrap();
         let forces = [PointForce { at: tip(&*body), force_n: DVec3::new(-press, 0.5 * press, -0.2 * press) }];
         body.settle(&forces).unwrap();
@@ -37,8 +36,7 @@ fn a_step_is_what_its_linearisation_says_at_rest_and_pressed() {
 
 #[test]
 fn without_inertia_every_step_ends_in_equilibrium() {
-    let mut scene = clamped([3, 1, 1]);
-    scene.soft.quasi_static = true;
+    let scene = clamped([3, 1, 1]).edit_unchecked(|scene| scene.soft.quasi_static = true);
     let mut stepped = soft_body(&scene).unwrap();
     let mut settled = stepped.clone();
     let forces = [PointForce { at: tip(&*stepped), force_n: DVec3::new(0.2, -0.3, 0.1) }];
@@ -76,8 +74,8 @@ fn the_compliance_is_symmetric_and_what_small_forces_do() {
 
 #[test]
 fn without_anything_fixed_momentum_is_kept_and_rest_turned_is_rest() {
-    let mut scene = scene(SoftModel::MassSpring, block([2, 2, 2], EDGE));
-    scene.soft.mass_damping_per_s = 0.0;
+    let scene = scene(SoftModel::MassSpring, block([2, 2, 2], EDGE))
+        .edit_unchecked(|scene| scene.soft.mass_damping_per_s = 0.0);
     let mut body = soft_body(&scene).unwrap();
     let mass = body.linear().unwrap();
     let turn = DMat3::from_rotation_z(0.7) * DMat3::from_rotation_x(-1.1);
@@ -100,10 +98,11 @@ fn without_anything_fixed_momentum_is_kept_and_rest_turned_is_rest() {
 #[test]
 fn energy_never_grows_without_input() {
     for (seed, far) in [(1, 0.001), (2, 0.02), (3, 0.5)] {
-        let mut scene = clamped([3, 2, 2]);
-        scene.soft.stiffness_damping_s = 0.0;
-        scene.soft.mass_damping_per_s = 0.0;
-        scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
+        let scene = clamped([3, 2, 2]).edit_unchecked(|scene| {
+            scene.soft.stiffness_damping_s = 0.0;
+            scene.soft.mass_damping_per_s = 0.0;
+            scene.gravity_m_per_s2 = DVec3::new(0.0, 0.0, -9.81);
+        });
         let mut body = soft_body(&scene).unwrap();
         body.set_state(&shaken(&*body, seed, far, 10.0 * far));
         let mut last = body.energy().total_j();
@@ -270,8 +269,7 @@ fn the_stress_of_an_evenly_stretched_block_is_even() {
 
 #[test]
 fn what_springs_cannot_do_is_said_in_words() {
-    let mut of_rubber = clamped([1, 1, 1]);
-    of_rubber.soft.poisson_ratio = 0.45;
+    let of_rubber = clamped([1, 1, 1]).edit_unchecked(|of_rubber| of_rubber.soft.poisson_ratio = 0.45);
     let Err(SoftError::Unsuitable(text)) = soft_body(&of_rubber) else { panic!("it must be refused") };
     assert!(
         text.contains("soft.poisson_ratio") && text.contains("0.45") && text.contains("0.2 to 0.3"),
@@ -285,6 +283,6 @@ fn what_springs_cannot_do_is_said_in_words() {
     let mut body = soft_body(&loose).unwrap();
     assert!(body.compliance(&[at_node(0)]).is_none());
     assert!(matches!(body.settle(&[]), Err(SoftError::NotHeld(_))));
-    loose.soft.quasi_static = true;
+    loose = loose.edit_unchecked(|loose| loose.soft.quasi_static = true);
     assert!(matches!(soft_body(&loose), Err(SoftError::NotHeld(_))));
 }

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 use std::sync::Arc;
-use std::time::Duration;
 
 use crate::page::{Page, Seen, Silent, any_port, ask, body, with_fake};
 use cotouch_runtime::virtual_run;
@@ -48,11 +47,11 @@ async fn a_pointer_draws_the_finger_until_its_page_falls_silent() {
     let mut page = Page::open(&stage).await;
     page.say(json!({ "type": "take", "user": 0 })).await;
     page.wait_for("taken").await;
-    for _ in 0..30 {
+    let mut drawn_x_m = f32::NAN;
+    while !((drawn_x_m - 0.05).abs() < 0.01) {
         page.say(json!({ "type": "point", "targets_m": [[0.05, 0, 0]] })).await;
-        tokio::time::sleep(Duration::from_millis(30)).await;
+        drawn_x_m = page.picture().await.target_x_m;
     }
-    page.picture_with(|seen| (seen.target_x_m - 0.05).abs() < 0.01).await;
     page.wait_until(|message| message["type"] == "taken" && message["user"].is_null()).await;
     let news = page.wait_for("news").await;
     assert!(news["text"].as_str().unwrap().contains("let go"), "{news}");

@@ -59,6 +59,7 @@ impl Stage {
     pub(crate) async fn until(&self, holds: impl Fn(&Self) -> bool) {
         let wait = async {
             while !holds(self) {
+                // Neither session nor viewer tells of it.
                 tokio::time::sleep(Duration::from_millis(10)).await;
             }
         };

@@ -205,7 +205,7 @@ async fn a_slow_browser_gets_the_newest_picture_and_no_queue() {
     let stage = with_fake("grasp");
     let mut slow = Page::open(&stage).await;
     slow.picture().await;
-    // It reads nothing, and so answers no ping.
+    // It reads nothing, and so answers no ping, for as long as a queue needs to grow longer than what is allowed.
     tokio::time::sleep(Duration::from_secs(3)).await;
     let began = clock::now();
     let now_s = stage.live.snapshot().0.time_s;

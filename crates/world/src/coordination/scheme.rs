@@ -39,7 +39,8 @@ pub struct SchemeSize {
     pub tick_memory: usize,
     /// Remembered from network step to network step, at most [`MAX_CHANNEL_MEMORY`](cotouch_scene::limits::MAX_CHANNEL_MEMORY).
     pub step_memory: usize,
-    /// Added to every sample, at most [`MAX_CHANNEL_VECTORS`](cotouch_scene::limits::MAX_CHANNEL_VECTORS).
+    /// Added to every sample, in one entry a body and peer for which `cotouch_scene`'s check of a scene's entries must leave
+    /// room; at most [`MAX_CHANNEL_VECTORS`](cotouch_scene::limits::MAX_CHANNEL_VECTORS).
     pub sent: usize,
 }
 

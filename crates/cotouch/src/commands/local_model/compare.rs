@@ -8,7 +8,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use cotouch_analysis::soft::ratios;
 use cotouch_analysis::stability;
 use cotouch_runtime::virtual_run;
-use cotouch_scene::scene::SoftMeshKind;
+use cotouch_scene::scene::{LocalModel, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
 use cotouch_world::local::local_law;
 use rayon::prelude::*;
@@ -65,7 +65,7 @@ pub(super) fn compare(
     let done = AtomicUsize::new(0);
     let tell = || progress.show((1 + done.fetch_add(1, Ordering::Relaxed)) as f64 / works as f64);
 
-    let reference = Forces::of(&open_loop::reference(&scenes[0]))?;
+    let reference = Forces::of(&open_loop::reference(&scenes[0])?)?;
     tell();
     let errors = scenes.par_iter().map(|scene| {
         let errors = Forces::of(scene).map(|forces| forces.errors(&reference));
@@ -115,14 +115,11 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
         let kind: Override = kind.map_err(Failure::usage)?;
         let mut scene = cotouch_scene::load(name, &[overrides, &[kind]].concat())?;
         if scene.local_model.kind != own.local_model.kind {
-            let model = &mut scene.local_model;
-            (model.stiffness_n_per_m, model.integral_n_per_m) = (0.0, 0.0);
-            [scene.local_model.stiffness_ratio, scene.local_model.integral_ratio] =
-                match local_law(scene.local_model.kind).needs().joint_compliance {
-                    true => [open_loop::REFERENCE_RATIO, 0.0],
-                    false => ratios(&scene),
-                };
-            soften(&mut scene)?;
+            let ratios = match local_law(scene.local_model.kind).needs().joint_compliance {
+                true => [open_loop::REFERENCE_RATIO, 0.0],
+                false => ratios(&scene),
+            };
+            scene = soften(scene.edit(|scene| set_ratios(&mut scene.local_model, ratios))?)?;
         }
         Ok(scene)
     };
@@ -131,15 +128,22 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 
 /// Halves the gains until the analysis calls the scene stable: its choice is for objects without inertia. What no gain makes
 /// stable keeps the softest.
-fn soften(scene: &mut Scene) -> anyhow::Result<()> {
+fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
     for _ in 0..MOST_HALVINGS {
-        if stability::analyze(scene)?.stable {
+        if stability::analyze(&scene)?.stable {
             break;
         }
-        scene.local_model.stiffness_ratio *= 0.5;
-        scene.local_model.integral_ratio *= 0.5;
+        let LocalModel { stiffness_ratio, integral_ratio, .. } = scene.local_model;
+        let halved = [stiffness_ratio, integral_ratio].map(|ratio| 0.5 * ratio);
+        scene = scene.edit(|scene| set_ratios(&mut scene.local_model, halved))?;
     }
-    Ok(())
+    Ok(scene)
+}
+
+/// Gains as shares of K_o.
+fn set_ratios(model: &mut LocalModel, [stiffness_ratio, integral_ratio]: [f64; 2]) {
+    (model.stiffness_n_per_m, model.integral_n_per_m) = (0.0, 0.0);
+    (model.stiffness_ratio, model.integral_ratio) = (stiffness_ratio, integral_ratio);
 }
 
 /// Nodes that are tied to where they rest have a stiffness of their own.
@@ -148,8 +152,7 @@ fn has_young(scene: &Scene) -> bool {
 }
 
 fn is_stable(scene: &Scene, young_pa: f64, duration_s: f64) -> anyhow::Result<bool> {
-    let mut scene = scene.clone();
-    scene.soft.young_pa = young_pa;
+    let scene = scene.edit(|scene| scene.soft.young_pa = young_pa)?;
     Ok(virtual_run::run(&scene, duration_s, None, |_| true)?.stable)
 }
 

@@ -116,7 +116,7 @@ fn table_6_2() -> anyhow::Result<Outcome> {
 }
 
 fn equation_6_3() -> anyhow::Result<Outcome> {
-    let printed = closed_forms::simplified_damping(&table_6_1(DISTRIBUTED, &AT_N_2)?);
+    let printed = closed_forms::simplified_damping(&*table_6_1(DISTRIBUTED, &AT_N_2)?);
     let exact = simplified(DISTRIBUTED, &AT_N_2)?;
     let slower = ["rates.control_hz=512", "rates.network_hz=256", UNDELAYED];
     let tighter = ["coupling.object_object.stiffness_n_per_m=600", N_2, UNDELAYED];
@@ -157,7 +157,7 @@ fn equation_6_3() -> anyhow::Result<Outcome> {
 }
 
 fn equation_b_10() -> anyhow::Result<Outcome> {
-    let printed = closed_forms::centralized_remote_damping(&table_6_1(CENTRALIZED, &AT_N_2)?);
+    let printed = closed_forms::centralized_remote_damping(&*table_6_1(CENTRALIZED, &AT_N_2)?);
     let exact = original(CENTRALIZED, &AT_N_2, REMOTE)?;
     let at_n_8 = original(CENTRALIZED, &AT_N_8, REMOTE)?;
     let local = original(CENTRALIZED, &AT_N_2, LOCAL)?;
@@ -193,7 +193,7 @@ fn equation_b_11() -> anyhow::Result<Outcome> {
     let (undamped, older) = ([&AT_N_2[..], &UNDAMPED].concat(), [&AT_N_2[..], &OLDER].concat());
     let undamped_older = [&undamped[..], &OLDER].concat();
     let as_printed = |settings: &[&str]| -> anyhow::Result<f64> {
-        Ok(closed_forms::distributed_damping_as_printed(&table_6_1(DISTRIBUTED, settings)?))
+        Ok(closed_forms::distributed_damping_as_printed(&*table_6_1(DISTRIBUTED, settings)?))
     };
     let (printed, printed_undamped) = (as_printed(&AT_N_2)?, as_printed(&undamped)?);
     let exact = original(DISTRIBUTED, &AT_N_2, LOCAL)?;

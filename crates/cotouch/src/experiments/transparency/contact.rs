@@ -31,7 +31,7 @@ fn figure_6_5() -> anyhow::Result<Outcome> {
     let cases = [&local, &remote, &distributed];
     let scene = table_6_1(DISTRIBUTED, &WALL)?;
     let k_11 = closed_forms::stiffness_at_rigid_wall(&scene, false);
-    let k_2 = closed_forms::stiffness_at_rigid_wall(&table_6_1(CENTRALIZED, &WALL)?, true);
+    let k_2 = closed_forms::stiffness_at_rigid_wall(&*table_6_1(CENTRALIZED, &WALL)?, true);
     let ideal = local.felt.ideal.magnitude[0];
     let near = |compliance: f64, stiffness: f64| (compliance * stiffness - 1.0).abs() < 0.1;
     let claims = vec![

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::DVec3;
 
-use super::Cells;
+use super::cells::Cells;
 use super::scanner::{Encoding, Kind, Scanner};
 
 /// Which nodes have which tags.

@@ -1,5 +1,7 @@
 //! Words and numbers from bytes that are text, or numbers in binary.
 
+use super::cells::MAX_ITEMS;
+
 /// How numbers are written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Encoding {
@@ -147,8 +149,8 @@ impl<'a> Scanner<'a> {
     }
 
     pub(super) fn check_count(&self, count: u64) -> Result<u64, String> {
-        if count > super::MAX_ITEMS {
-            return Err(self.problem(format_args!("{count} are more than {}", super::MAX_ITEMS)));
+        if count > MAX_ITEMS {
+            return Err(self.problem(format_args!("{count} are more than {}", MAX_ITEMS)));
         }
         let left = self.rest().len() as u64;
         if count > left {

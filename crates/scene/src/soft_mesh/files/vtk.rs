@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::Cells;
+use super::cells::Cells;
 use super::scanner::{Encoding, Kind, Scanner};
 
 /// The nodes of many cells: those of cell i are `nodes[starts[i]..starts[i + 1]]`.

@@ -6,9 +6,9 @@ use glam::DVec3;
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use roxmltree::{Document, Node};
 
+use super::cells::{Cells, MAX_ITEMS};
 use super::scanner::{Encoding, Kind, whole};
-use super::{Cells, MAX_ITEMS};
-use crate::mesh::files::LONGEST_FILE;
+use crate::mesh::LONGEST_FILE;
 
 /// Where appended numbers begin.
 const APPENDED: &[u8] = b"<AppendedData";

@@ -1,6 +1,6 @@
 // Buttons for the hand that this page moves: for those who have no keys, and to show what there is.
 import { make, makeButton, makeCheckbox } from "../view/element.ts";
-import type { HandOfThisPage } from "./hand.ts";
+import type { SteeredHand } from "./steered.ts";
 import { Rumble } from "./rumble.ts";
 
 const TURN_RAD = 0.15;
@@ -11,7 +11,7 @@ export class HandBar {
   #turns: HTMLButtonElement[];
   #rumble: HTMLElement;
 
-  constructor(private hand: HandOfThisPage, rumble: Rumble) {
+  constructor(private hand: SteeredHand, rumble: Rumble) {
     this.#close = makeButton("Close", () => hand.setGrip(!hand.closed));
     this.#close.title = "Close or open the fingers (Space, or pinch)";
     const left = makeButton("⟲", () => hand.turn(TURN_RAD));

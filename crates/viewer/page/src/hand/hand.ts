@@ -9,6 +9,7 @@ import { grip, leashed, moved, pull, takeHold, targets, turned, widened, width, 
 import { listenToKeys, type Keys } from "./keys.ts";
 import { listenToPointers } from "./pointers.ts";
 import { Rumble } from "./rumble.ts";
+import type { SteeredHand } from "./steered.ts";
 
 /** Targets are sent no more often than this, and no more rarely than that, ms. */
 const SOONEST_MS = 15;
@@ -30,7 +31,7 @@ export function createHand(view: View, store: Store, send: Send): void {
 /** What the fingers are to do, besides where the hand is. */
 type Grip = "as it is" | "closing" | "opening";
 
-export class HandOfThisPage {
+class HandOfThisPage implements SteeredHand {
   hold: Hold | null = null;
   #taken: TakenMessage | null = null;
   #grip: Grip = "as it is";
@@ -59,10 +60,8 @@ export class HandOfThisPage {
   get space(): About["space"] { return this.about?.space ?? "space"; }
   get user(): HostIndex | null { return this.#taken?.user ?? null; }
   get closed(): boolean { return this.#grip === "closing" || (this.#grip === "as it is" && this.#pressed() > HOLDS_N); }
-  /** Whether there is anything to close. */
   get hasGrip(): boolean { return (this.hold?.offsets.length ?? 0) > 1; }
 
-  /** Asks for a hand that nobody has. Says whether there was any sense in asking. */
   ask(user: HostIndex): boolean {
     const by = this.store.seats.find((seat) => seat.user === user)?.by;
     if (this.#taken || (by !== "script" && by !== "free")) return false;
@@ -80,12 +79,10 @@ export class HandOfThisPage {
     this.#changed = true;
   }
 
-  /** Moves by what a pointer went. */
   move(by_m: [number, number, number]): void {
     this.change((hold) => moved(hold, by_m, this.space));
   }
 
-  /** Away from the reader or back, in space only. */
   push(by_m: number): void {
     const forward = this.view.axes().forward;
     this.#nudge([by_m * forward[0], by_m * forward[1], by_m * forward[2]]);
@@ -102,7 +99,6 @@ export class HandOfThisPage {
     this.#grip = closed ? "closing" : "opening";
   }
 
-  /** Fingers so far from their centre, as a pinch says, m; no harder than closing would press. */
   spread(to_m: number): void {
     this.#grip = "as it is";
     this.change((hold) => (to_m < width(hold) && this.#pressed() >= this.#strongest() ? hold : widened(hold, to_m)));

@@ -2,7 +2,7 @@
 // Without a hand, arrows turn a view that has the focus, plus and minus zoom.
 import type { Vector } from "../protocol.ts";
 import { keyDirection } from "./gestures.ts";
-import type { HandOfThisPage } from "./hand.ts";
+import type { SteeredHand } from "./steered.ts";
 
 /** A shorter press is a switch; a longer one closes for as long as it lasts, ms. */
 const TAP_MS = 250;
@@ -15,7 +15,7 @@ export interface Keys {
   turns(): number;
 }
 
-export function listenToKeys(hand: HandOfThisPage): Keys {
+export function listenToKeys(hand: SteeredHand): Keys {
   const down = new Set<string>();
   let closedAt_ms: number | null = null;
 
@@ -54,7 +54,7 @@ export function listenToKeys(hand: HandOfThisPage): Keys {
 }
 
 /** Turns the view. Says whether the key meant anything. */
-function look({ view }: HandOfThisPage, key: string): boolean {
+function look({ view }: SteeredHand, key: string): boolean {
   switch (key) {
     case "ArrowLeft": view.turn(-TURN_RAD, 0); return true;
     case "ArrowRight": view.turn(TURN_RAD, 0); return true;

@@ -2,7 +2,7 @@
 import type { Ray } from "three";
 import type { Vector } from "../protocol.ts";
 import { grasped, nearAngle, pinch, width, type Pinch } from "./gestures.ts";
-import type { HandOfThisPage } from "./hand.ts";
+import type { SteeredHand } from "./steered.ts";
 
 /** A wheel's step, as a share of the scene's reach; and a turn, rad. */
 const WHEEL_SHARE = 0.05;
@@ -16,7 +16,7 @@ interface Grab {
   last: Vector | null;
 }
 
-export function listenToPointers(hand: HandOfThisPage): void {
+export function listenToPointers(hand: SteeredHand): void {
   const pointers = new Pointers(hand);
   const { element, canvas } = hand.view;
   // Before the camera's controls hear of them.
@@ -36,7 +36,7 @@ class Pointers {
   /** Between two pointers. */
   #middle: Grab | null = null;
 
-  constructor(private hand: HandOfThisPage) {}
+  constructor(private hand: SteeredHand) {}
 
   begin(event: PointerEvent): void {
     const { hand } = this;
@@ -101,7 +101,7 @@ class Pointers {
 }
 
 /** Moves the hand by what the pointer went since the last time. */
-function drag(hand: HandOfThisPage, grab: Grab): void {
+function drag(hand: SteeredHand, grab: Grab): void {
   if (hand.user === null) return;
   grab.through ??= hand.view.middleOf(hand.user);
   const ray = hand.view.ray(...grab.at);
@@ -111,11 +111,11 @@ function drag(hand: HandOfThisPage, grab: Grab): void {
   grab.last = at;
 }
 
-function place(hand: HandOfThisPage, ray: Ray, through: Vector): Vector | null {
+function place(hand: SteeredHand, ray: Ray, through: Vector): Vector | null {
   return grasped(ray, through, hand.view.axes().forward, hand.space);
 }
 
-function wheel(hand: HandOfThisPage, event: WheelEvent): void {
+function wheel(hand: SteeredHand, event: WheelEvent): void {
   if (!hand.hold || event.target !== hand.view.canvas || !(event.shiftKey || hand.space === "space")) return;
   event.stopPropagation();
   event.preventDefault();
@@ -126,7 +126,7 @@ function wheel(hand: HandOfThisPage, event: WheelEvent): void {
 }
 
 /** Says by the pointer's form what a press would do. */
-function hover(hand: HandOfThisPage, event: PointerEvent): void {
+function hover(hand: SteeredHand, event: PointerEvent): void {
   if (event.target !== hand.view.canvas || event.buttons !== 0) return;
   const found = hand.hold ? null : hand.view.fingerAt(event.clientX, event.clientY);
   const by = found && hand.store.seats.find((seat) => seat.user === found.user)?.by;

@@ -1,11 +1,11 @@
 import { after, before, test } from "node:test";
 import assert from "node:assert/strict";
-import type { Browser, CDPSession } from "playwright-core";
+import type { Browser, CDPSession, Page } from "playwright-core";
 import type { Picture } from "../../src/picture.ts";
 import type { About, SeatsMessage, Vector } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { launch, openPage, openTools, type FakeServer } from "./harness.ts";
+import { draw, launch, openPage, openTools, pass, passUntil, type FakeServer } from "./harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });
@@ -21,15 +21,16 @@ async function open(about: About, free = false): Promise<FakeServer> {
   const server = await openPage(browser);
   server.send(session(about));
   server.send(seats(about, !free));
-  server.sendPicture(encodePicture(picture(about, 0)));
-  await server.page.waitForFunction(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > 0);
+  await draw(server, picture(about, 0));
+  // From here on keys and pointers act at instants that the test chooses.
+  await server.page.clock.pauseAt(await server.page.evaluate(() => Date.now() + 100));
   if (!free) await take(server);
   return server;
 }
 
 async function take(server: FakeServer): Promise<void> {
   server.send({ type: "taken", user: 0, stiffness_n_per_m: 150, damping_n_s_per_m: 3 });
-  await until(() => points(server).length > 0);
+  await passUntil(server.page, () => points(server).length > 0);
 }
 
 /** The scene at rest, with anna's fingers drawn to these places. */
@@ -53,11 +54,6 @@ function last(server: FakeServer): Vector[] {
 function width(server: FakeServer): number {
   const [one, two] = last(server);
   return Math.hypot(...[0, 1, 2].map((axis) => (one?.[axis] ?? 0) - (two?.[axis] ?? 0)));
-}
-
-async function until(holds: () => boolean): Promise<void> {
-  for (let i = 0; i < 200 && !holds(); i++) await new Promise((resolve) => setTimeout(resolve, 25));
-  assert.ok(holds(), holds.toString());
 }
 
 async function middle(server: FakeServer): Promise<{ x: number; y: number }> {
@@ -96,14 +92,14 @@ test("a drag moves all fingers as the mouse moves, and the hand stays under it",
   await server.page.mouse.move(start.x, start.y);
   await server.page.mouse.down();
   await server.page.mouse.move(start.x + 100, start.y + 30, { steps: 10 });
-  await until(() => (last(server)[0]?.[0] ?? 0) > 0.01);
+  await passUntil(server.page, () => (last(server)[0]?.[0] ?? 0) > 0.01);
   await server.page.mouse.up();
-  await server.page.waitForTimeout(300);
+  await pass(server.page, 300);
   const steps = points(server).map((targets) => targets[0]?.[0] ?? NaN);
   steps.forEach((x, index) => assert.ok(index === 0 || x >= (steps[index - 1] ?? 0) - 1e-9, `${steps} goes back`));
   assert.deepEqual(last(server)[0]?.slice(1), [0, 0], "a line is along x");
   server.sendPicture(encodePicture(withFingersAt(LINE, last(server))));
-  await server.page.waitForTimeout(400);
+  await pass(server.page, 400);
   const after = await handAt(server);
   assert.ok(Math.abs(after.x - before.x - 100) < 8, `the hand went ${after.x - before.x} pixels, the mouse 100`);
   await server.page.close();
@@ -115,9 +111,9 @@ test("in a plane a drag moves both fingers alike, along x and y", async () => {
   await server.page.mouse.move(start.x, start.y);
   await server.page.mouse.down();
   await server.page.mouse.move(start.x + 40, start.y - 30, { steps: 5 });
-  await until(() => (last(server)[0]?.[1] ?? 0) > (first[0]?.[1] ?? 0) + 0.005);
+  await passUntil(server.page, () => (last(server)[0]?.[1] ?? 0) > (first[0]?.[1] ?? 0) + 0.005);
   await server.page.mouse.up();
-  await server.page.waitForTimeout(250);
+  await pass(server.page, 250);
   const ways = last(server).map((target, index) => target.map((part, axis) => part - (first[index]?.[axis] ?? 0)));
   const [dx = 0, dy = 0, dz = 1] = ways[0] ?? [];
   assert.ok(dx > 0.005 && dy > 0.005 && Math.abs(dz) < 1e-9, `${ways[0]}`);
@@ -128,7 +124,7 @@ test("in a plane a drag moves both fingers alike, along x and y", async () => {
 test("a hand that rests is still heard of", async () => {
   const server = await open(GRASP);
   const past = points(server).length;
-  await server.page.waitForTimeout(1500);
+  await pass(server.page, 1500);
   const more = points(server).length - past;
   // Twice a second is what the server asks for.
   assert.ok(more >= 3, `${more} messages in 1.5 s`);
@@ -140,25 +136,28 @@ test("arrow keys move, Space closes until it presses, E turns, Escape leaves", a
   const server = await open(GRASP);
   const first = last(server);
   await server.page.keyboard.down("ArrowRight");
-  await until(() => (last(server)[0]?.[0] ?? 0) > (first[0]?.[0] ?? 0) + 0.005);
+  await passUntil(server.page, () => (last(server)[0]?.[0] ?? 0) > (first[0]?.[0] ?? 0) + 0.005);
   await server.page.keyboard.up("ArrowRight");
   const apart = () => width(server);
   const open_m = apart();
   // A server that draws the fingers, which something holds fast, to where the page says.
-  const drawing = setInterval(() => server.sendPicture(encodePicture(drawnTo(GRASP, last(server)))), 30);
+  const held = async (time_ms: number) => {
+    for (let passed_ms = 0; passed_ms < time_ms; passed_ms += 30) {
+      server.sendPicture(encodePicture(drawnTo(GRASP, last(server))));
+      await pass(server.page, 30);
+    }
+  };
   await server.page.keyboard.press(" ");
   // 4 N of 150 N/m: each finger's target stops nearly 27 mm inside of the finger.
-  await until(() => apart() < open_m - 0.045);
-  await server.page.waitForTimeout(600);
-  assert.ok(apart() > open_m - 0.065, `closed from ${open_m} to ${apart()}`);
-  clearInterval(drawing);
+  await held(3000);
+  assert.ok(apart() < open_m - 0.045 && apart() > open_m - 0.065, `closed from ${open_m} to ${apart()}`);
   await server.page.keyboard.press(" ");
-  await until(() => apart() > open_m);
+  await passUntil(server.page, () => apart() > open_m);
   await server.page.keyboard.down("e");
-  await until(() => Math.abs((last(server)[0]?.[0] ?? 0) - (last(server)[1]?.[0] ?? 0)) > 0.02);
+  await passUntil(server.page, () => Math.abs((last(server)[0]?.[0] ?? 0) - (last(server)[1]?.[0] ?? 0)) > 0.02);
   await server.page.keyboard.up("e");
   await server.page.keyboard.press("Escape");
-  await until(() => server.said.some((message) => message.type === "leave"));
+  await passUntil(server.page, () => server.said.some((message) => message.type === "leave"));
   await server.page.close();
 });
 
@@ -167,8 +166,10 @@ test("keys that are meant for a field do not move the hand", async () => {
   const first = last(server);
   await openTools(server.page);
   await server.page.getByLabel("Copies").focus();
-  await server.page.keyboard.press("ArrowDown", { delay: 300 });
-  await server.page.waitForTimeout(300);
+  await server.page.keyboard.down("ArrowDown");
+  await pass(server.page, 300);
+  await server.page.keyboard.up("ArrowDown");
+  await pass(server.page, 300);
   assert.deepEqual(last(server), first);
   await server.page.close();
 });
@@ -179,11 +180,11 @@ test("a press on a finger that a script moves takes it, and the same press drags
   const { x, y } = await handAt(server);
   await server.page.mouse.move(x, y - 14);
   await server.page.mouse.down();
-  await until(() => server.said.some((message) => message.type === "take" && message.user === 0));
+  await passUntil(server.page, () => server.said.some((message) => message.type === "take" && message.user === 0));
   await take(server);
   const first = last(server);
   await server.page.mouse.move(x + 60, y - 14, { steps: 6 });
-  await until(() => (last(server)[0]?.[0] ?? 0) > (first[0]?.[0] ?? 0) + 0.005);
+  await passUntil(server.page, () => (last(server)[0]?.[0] ?? 0) > (first[0]?.[0] ?? 0) + 0.005);
   await server.page.mouse.up();
   await server.page.close();
 });
@@ -193,13 +194,13 @@ test("a press beside all fingers takes nothing, and a hand that is lost is not m
   const box = await server.page.locator(".view-canvas").boundingBox();
   assert.ok(box);
   await server.page.mouse.click(box.x + 0.6 * box.width, box.y + box.height - 8);
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
   assert.equal(server.said.some((message) => message.type === "take"), false);
   await take(server);
   server.send({ type: "taken", user: null, stiffness_n_per_m: 0, damping_n_s_per_m: 0 });
-  await server.page.waitForTimeout(300);
+  await pass(server.page, 300);
   const past = points(server).length;
-  await server.page.waitForTimeout(600);
+  await pass(server.page, 600);
   assert.equal(points(server).length, past);
   await server.page.close();
 });
@@ -209,29 +210,29 @@ test("one touch drags, a pinch closes and a twist turns", async () => {
   const cdp = await server.page.context().newCDPSession(server.page);
   const { x, y } = await middle(server);
   const first = last(server);
-  await touch(cdp, "touchStart", [[x, y]]);
-  for (let i = 1; i <= 5; i++) await touch(cdp, "touchMove", [[x - 10 * i, y]]);
-  await until(() => (last(server)[0]?.[0] ?? 0) < (first[0]?.[0] ?? 0) - 0.005);
-  await touch(cdp, "touchEnd", []);
+  await touch(server.page, cdp, "touchStart", [[x, y]]);
+  for (let i = 1; i <= 5; i++) await touch(server.page, cdp, "touchMove", [[x - 10 * i, y]]);
+  await passUntil(server.page, () => (last(server)[0]?.[0] ?? 0) < (first[0]?.[0] ?? 0) - 0.005);
+  await touch(server.page, cdp, "touchEnd", []);
   const dragged = last(server);
   const apart = () => width(server);
   const wide_m = apart();
-  await touch(cdp, "touchStart", [[x - 50, y], [x + 50, y]]);
+  await touch(server.page, cdp, "touchStart", [[x - 50, y], [x + 50, y]]);
   for (let i = 1; i <= 5; i++) {
-    await touch(cdp, "touchMove", [[x - 50 + 4 * i, y + 3 * i], [x + 50 - 4 * i, y - 3 * i]]);
+    await touch(server.page, cdp, "touchMove", [[x - 50 + 4 * i, y + 3 * i], [x + 50 - 4 * i, y - 3 * i]]);
   }
-  await until(() => apart() < 0.8 * wide_m);
+  await passUntil(server.page, () => apart() < 0.8 * wide_m);
   const [one, two] = last(server);
   // The second touch went up: counter-clockwise, so the finger in front, which is the first, goes to the right.
   assert.ok((one?.[0] ?? 0) > (two?.[0] ?? 0) + 0.01, `${one} and ${two} after ${dragged}`);
-  await touch(cdp, "touchEnd", []);
+  await touch(server.page, cdp, "touchEnd", []);
   assert.deepEqual(server.errors, []);
   await server.page.close();
 });
 
 type TouchKind = "touchStart" | "touchMove" | "touchEnd";
 
-async function touch(cdp: CDPSession, type: TouchKind, at: [number, number][]): Promise<void> {
+async function touch(page: Page, cdp: CDPSession, type: TouchKind, at: [number, number][]): Promise<void> {
   await cdp.send("Input.dispatchTouchEvent", { type, touchPoints: at.map(([x, y], id) => ({ x, y, id })) });
-  await new Promise((resolve) => setTimeout(resolve, 30));
+  await pass(page, 30);
 }

@@ -1,10 +1,13 @@
 // A headless Chromium, with the page alone (a made-up server) or with the real program.
+import assert from "node:assert/strict";
 import { spawn, type ChildProcess } from "node:child_process";
 import { mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium, type Browser, type Page, type WebSocketRoute } from "playwright-core";
+import type { Picture } from "../../src/picture.ts";
 import type { PageMessage, ServerMessage } from "../../src/protocol.ts";
+import { encodePicture } from "../encode.ts";
 
 /** Where the browser is; Debian's place unless CHROMIUM says otherwise. */
 const CHROMIUM = process.env["CHROMIUM"] ?? "/usr/bin/chromium";
@@ -26,6 +29,8 @@ export interface FakeServer {
   page: Page;
   /** Everything that the page said. */
   said: PageMessage[];
+  /** Called with everything that the page says from now on. */
+  hear: (message: PageMessage) => void;
   /** What went wrong in the page. */
   errors: string[];
   send(message: ServerMessage): void;
@@ -60,6 +65,8 @@ export async function openPage(
 ): Promise<FakeServer> {
   const files = await (bundle ??= bundled());
   const page = await browser.newPage({ viewport: size });
+  // The page's timers and frames are the test's to fire (`pass`), so that no busy machine decides what it sees.
+  await page.clock.install();
   const errors: string[] = [];
   page.on("pageerror", (error) => errors.push(error.message));
   page.on("console", (message) => { if (message.type() === "error") errors.push(message.text()); });
@@ -68,19 +75,50 @@ export async function openPage(
     return route.fulfill(files.get(url.pathname) ?? answer(url) ?? { status: 404, body: "no such file" });
   });
   const said: PageMessage[] = [];
+  let server: FakeServer | null = null;
   const { promise: opened, resolve: open } = withResolvers<WebSocketRoute>();
   await page.routeWebSocket(/\/live$/, (socket) => {
-    socket.onMessage((message) => said.push(JSON.parse(String(message)) as PageMessage));
+    socket.onMessage((text) => {
+      const message = JSON.parse(String(text)) as PageMessage;
+      said.push(message);
+      server?.hear(message);
+    });
     open(socket);
   });
   await page.goto(ORIGIN);
   const socket = await opened;
-  return {
+  return server = {
     page, said, errors,
+    hear: () => {},
     send: (message) => socket.send(JSON.stringify(message)),
     sendPicture: (bytes) => socket.send(Buffer.from(bytes)),
     close: (code, reason) => void socket.close({ code, reason }),
   };
+}
+
+/** Lets so much of the page's time pass, with every timer and frame in order, whatever the machine has time for. */
+export async function pass(page: Page, time_ms: number): Promise<void> {
+  await page.clock.runFor(time_ms);
+  // What the page said meanwhile has come when it answers.
+  await page.evaluate(() => {});
+}
+
+/** Lets the page's time pass until `holds`, ten seconds of it at most. */
+export async function passUntil(page: Page, holds: () => boolean): Promise<void> {
+  for (let tries = 0; tries < 400 && !holds(); tries++) await pass(page, 25);
+  assert.ok(holds(), holds.toString());
+}
+
+/** How often the view has been drawn. */
+export const drawnSoFar = (page: Page): Promise<number> =>
+  page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
+
+/** Sends a picture and lets the page draw it, and follow it with the camera. */
+export async function draw(server: FakeServer, picture: Picture): Promise<void> {
+  const past = await drawnSoFar(server.page);
+  server.sendPicture(encodePicture(picture));
+  await server.page.waitForFunction((past) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past, past);
+  await pass(server.page, 200);
 }
 
 function withResolvers<T>(): { promise: Promise<T>; resolve: (value: T) => void } {

@@ -6,7 +6,7 @@ import type { PageMessage } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { LINE, picture } from "../examples.ts";
 import { answers, CONTROLS, K_OBJECTS, K_REMOTE, lesson, radiusAt, SETTINGS } from "../lesson_example.ts";
-import { launch, openPage, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, type FakeServer } from "./harness.ts";
 
 const SLIDER = "#control-coupling-object-object-stiffness-n-per-m";
 const RADIUS = "#lesson .radius";
@@ -20,25 +20,22 @@ type Kind = PageMessage["type"];
 const said = <K extends Kind>(server: FakeServer, type: K) =>
   server.said.filter((message): message is Extract<PageMessage, { type: K }> => message.type === type);
 
-/** A page with its lesson open, whose questions are answered until the test is over. */
-async function openLesson(mayChange = true): Promise<FakeServer & { end(): Promise<void> }> {
+/** A page with its lesson open, whose questions are answered. */
+async function openLesson(mayChange = true): Promise<FakeServer> {
   const server = await openPage(browser);
-  let [read, running] = [0, { ...SETTINGS }];
-  const answering = setInterval(() => {
-    for (const message of server.said.slice(read)) {
-      if (message.type === "predict") answers(message, running).forEach((answer) => server.send(answer));
-      if (message.type !== "set") continue;
-      running = { ...running, ...message.settings };
-      server.send({ type: "settings", settings: running, note: "" });
-    }
-    read = server.said.length;
-  }, 10);
+  let running = { ...SETTINGS };
+  server.hear = (message) => {
+    if (message.type === "predict") answers(message, running).forEach((answer) => server.send(answer));
+    if (message.type !== "set") return;
+    running = { ...running, ...message.settings };
+    server.send({ type: "settings", settings: running, note: "" });
+  };
   server.send(lesson(mayChange));
   server.send({ type: "settings", settings: SETTINGS, note: "" });
   server.sendPicture(encodePicture(picture(LINE, 1)));
   await server.page.click("#tab-lesson");
   await server.page.waitForFunction((radius) => /^\d/.test(document.querySelector(radius)?.textContent ?? ""), RADIUS);
-  return { ...server, end: async () => { clearInterval(answering); await server.page.close(); } };
+  return server;
 }
 
 const saying = (server: FakeServer, selector: string, words: string) =>
@@ -66,23 +63,23 @@ test("a slider past the line: the session is set, the question asked, the gauge 
   server.sendPicture(encodePicture(picture(LINE, 3)));
   await saying(server, AGREEMENT, "Predicted stable – and it is.");
   assert.deepEqual(server.errors, []);
-  await server.end();
+  await server.page.close();
 });
 
 test("what begins the session anew is set when it is let go; the others at once", async () => {
   const server = await openLesson();
   await server.page.selectOption("#control-session-architecture", "centralized");
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
   assert.deepEqual(said(server, "set").map(({ settings }) => settings), [{ "session.architecture": "centralized" }]);
   await server.page.focus("#control-link-delay-periods");
   for (let press = 0; press < 3; press++) await server.page.keyboard.press("ArrowRight");
   assert.equal(said(server, "set").length, 1);
-  await server.page.waitForTimeout(900);
+  await pass(server.page, 900);
   assert.deepEqual(said(server, "set").at(-1)!.settings, { "link.delay_periods": 4 });
   await server.page.locator("#lesson").getByText("Begin again").click();
-  await server.page.waitForTimeout(100);
+  await pass(server.page, 100);
   assert.equal(said(server, "again").length, 1);
-  await server.end();
+  await server.page.close();
 });
 
 test("the map shows where the settings are; a click sets both", async () => {
@@ -93,7 +90,7 @@ test("the map shows where the settings are; a click sets both", async () => {
     const scale = map.width / map.clientWidth;
     return [...map.getContext("2d")!.getImageData(Math.round(place.x * scale), Math.round(place.y * scale), 1, 1).data];
   }, { x, y });
-  await server.page.waitForTimeout(400);
+  await pass(server.page, 400);
   const [stable, unstable] = [await pixel(60, box.height - 40), await pixel(box.width - 20, 20)];
   assert.ok(stable[1]! > stable[0]! + 10, `green below: ${stable}`);
   assert.ok(unstable[0]! > unstable[1]! + 10, `red above: ${unstable}`);
@@ -101,14 +98,14 @@ test("the map shows where the settings are; a click sets both", async () => {
   await server.page.mouse.click(box.x + box.width - 30, box.y + 30);
   await server.page.waitForSelector('.gauge[data-verdict="unstable"]');
   // The second of the two is set a tenth of a second later.
-  await server.page.waitForTimeout(300);
+  await pass(server.page, 300);
   const sent = Object.assign({}, ...said(server, "set").map(({ settings }) => settings)) as Record<string, number>;
   assert.ok(sent[K_OBJECTS]! > 5000 && sent[K_REMOTE]! > 1000, JSON.stringify(sent));
   const label = await server.page.getAttribute("#lesson .map", "aria-label");
   assert.ok(label?.includes(`you are at ${sent[K_OBJECTS]}`), label ?? "");
   const cross = await pixel(box.width - 30, 30);
   assert.ok(cross[2]! > cross[0]! + 60, `the cross's blue: ${cross}`);
-  await server.end();
+  await server.page.close();
 });
 
 test("who may not change the session asks what if; nothing is set, and the session's own changes still show", async () => {
@@ -122,7 +119,7 @@ test("who may not change the session asks what if; nothing is set, and the sessi
   assert.equal(await server.page.inputValue(`${SLIDER}-number`), "10000");
   assert.equal(said(server, "set").length, 0);
   assert.ok(await server.page.locator("#lesson").getByText("Begin again").isHidden());
-  await server.end();
+  await server.page.close();
 });
 
 test("what another browser sets moves the controls; what is refused is said and taken back", async () => {
@@ -135,21 +132,21 @@ test("what another browser sets moves the controls; what is refused is said and 
   server.send({ type: "refused", what: "set", why: "the object is fixed" });
   await saying(server, "#notices", "This cannot be set: the object is fixed");
   assert.deepEqual(server.errors, []);
-  await server.end();
+  await server.page.close();
 });
 
 test("answers to older questions change nothing, and what failed is said", async () => {
   const server = await openLesson();
   const before = await server.page.textContent(RADIUS);
   server.send({ type: "verdict", id: 0, stable: false, spectral_radius: 3, period_s: 1, modes: [], warnings: [] });
-  await server.page.waitForTimeout(150);
+  await pass(server.page, 150);
   assert.equal(await server.page.textContent(RADIUS), before);
   const id = said(server, "predict").at(-1)!.id;
   server.send({ type: "failed", id, what: "margin", why: "it would take too long" });
   await saying(server, "#lesson", "No margins: it would take too long");
   server.send({ type: "failed", id, what: "verdict", why: "the scene has no loop" });
   await saying(server, AGREEMENT, "No prediction: the scene has no loop");
-  await server.end();
+  await server.page.close();
 });
 
 test("every control has a name, and its words of help", async () => {
@@ -159,5 +156,5 @@ test("every control has a name, and its words of help", async () => {
     assert.ok((await field.locator("label").textContent())?.startsWith(control.label));
     assert.ok((await field.locator(".unseen").textContent())?.includes(control.help));
   }
-  await server.end();
+  await server.page.close();
 });

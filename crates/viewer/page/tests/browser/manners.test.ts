@@ -5,7 +5,7 @@ import type { Browser } from "playwright-core";
 import { encodePicture } from "../encode.ts";
 import { LINE, picture } from "../examples.ts";
 import { answers, lesson, SETTINGS } from "../lesson_example.ts";
-import { launch, openPage, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, passUntil, type FakeServer } from "./harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });
@@ -36,7 +36,8 @@ test("a hand is taken and left, and the page says whose it is", async () => {
   await saying(server, ".mine", "You move cleo's hand.");
   assert.equal(await page.locator('button[data-user="1"]').count(), 0, "another's hand cannot be taken");
   await page.click(".seats >> text=Leave");
-  await page.waitForTimeout(100);
+  await passUntil(page, () => server.said.some(({ type }) => type === "leave"));
+  await pass(page, 100);
   assert.equal(server.said.filter(({ type }) => type === "leave").length, 1);
   server.send({ type: "refused", what: "take", why: "ben has it" });
   await saying(server, "#notices", "This hand cannot be taken: ben has it");
@@ -91,7 +92,7 @@ test("on a narrow screen nothing is wider than it", async () => {
   const server = await open({ width: 360, height: 700 });
   for (const tab of ["#tab-people", "#tab-lesson"]) {
     await server.page.click(tab);
-    await server.page.waitForTimeout(100);
+    await pass(server.page, 100);
     const wide = await server.page.evaluate(() => document.documentElement.scrollWidth);
     assert.ok(wide <= 360, `${tab}: ${wide} pixels`);
   }
@@ -166,7 +167,9 @@ test("words stand out from what is behind them, in the light and in the dark", a
         answers({ ...question, margin: true }, stable ? SETTINGS : { ...SETTINGS, "coupling.object_object.stiffness_n_per_m": 9000 }).forEach(server.send);
       }
       server.sendPicture(encodePicture({ ...picture(LINE, 2), stable_lately: stable }));
-      await page.waitForTimeout(250);
+      await pass(page, 250);
+      // Colours fade in the browser's own time.
+      await page.waitForFunction(() => document.getAnimations().every(({ playState }) => playState === "finished"));
       assert.deepEqual(await page.evaluate(lowContrasts), [], `${theme} ${tab}`);
     }
   }

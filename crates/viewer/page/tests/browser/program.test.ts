@@ -225,8 +225,8 @@ test("a browser that does not listen holds up nobody, and nonsense is refused wh
     deaf.pause();
     deaf.on("error", () => {});
     deaf.write(`GET /live HTTP/1.1\r\nHost: ${hostname}:${port}\r\nConnection: Upgrade\r\nUpgrade: websocket\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==\r\n\r\n`);
-    const beside = await lateness();
-    assert.ok(beside < 20 * alone + 2000, `late by ${alone.toFixed(0)} µs alone and ${beside.toFixed(0)} µs beside it, in the median`);
+    // Other work on the machine makes ticks late for a while; a browser that held the session up would do so for good.
+    await until("the session keeps time beside it", async () => (await lateness()) < 20 * alone + 2000);
     deaf.destroy();
     // Nonsense, from a page of the same origin.
     const answers = await watching.page.evaluate(async () => {
@@ -237,7 +237,7 @@ test("a browser that does not listen holds up nobody, and nonsense is refused wh
       const closed = new Promise<{ code: number; reason: string }>((resolve) => { socket.onclose = resolve; });
       for (const text of ["", "{", "[]", '{"type":"take","user":99}', '{"type":"point","targets_m":[[1,2]]}', '{"type":"set","settings":{"object.mesh":"x"}}']) socket.send(text);
       socket.send(new Uint8Array(8));
-      await new Promise((resolve) => setTimeout(resolve, 1500));
+      while (heard.length < 6) await new Promise((resolve) => socket.addEventListener("message", resolve, { once: true }));
       socket.send("x".repeat(5000));
       const { code, reason } = await closed;
       return { heard, closed: `${code} ${reason}` };

@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { about, eventually } from "./eventually.ts";
 import { GRASP, LINE } from "../examples.ts";
 import { recording, replaySession, stretch, type Recording } from "../recordings.ts";
-import { launch, openPage, type Answer, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, type Answer, type FakeServer } from "./harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });
@@ -58,7 +58,7 @@ test("a recording is fetched in stretches, plays and stops", async () => {
   await page.getByRole("button", { name: /^Pause/ }).click();
   const stopped = await timeOf(page);
   assert.ok(stopped < 12, `${stopped} s`);
-  await page.waitForTimeout(200);
+  await pass(page, 200);
   assert.equal(await timeOf(page), stopped);
   assert.deepEqual(errors, []);
   await page.close();

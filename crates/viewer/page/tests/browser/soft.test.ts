@@ -1,12 +1,10 @@
 import { after, before, test } from "node:test";
 import assert from "node:assert/strict";
 import type { Browser } from "playwright-core";
-import type { Picture } from "../../src/picture.ts";
-import { encodePicture } from "../encode.ts";
 import { session } from "../examples.ts";
 import { answers, SOFT_CONTROLS } from "../lesson_example.ts";
 import { press, SOFT } from "../soft_example.ts";
-import { launch, openPage, openTools, type FakeServer } from "./harness.ts";
+import { draw, launch, openPage, openTools, pass, type FakeServer } from "./harness.ts";
 import { findColours } from "./pixels.ts";
 
 const BLUE: [number, number, number] = [0, 0, 255];
@@ -16,17 +14,6 @@ const PURE = ":root { --user-0: #0000ff !important; --user-1: #ff0000 !important
 let browser: Browser;
 before(async () => { browser = await launch(); });
 after(() => browser.close());
-
-const drawnSoFar = (server: FakeServer) =>
-  server.page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
-
-async function sent(server: FakeServer, one: Picture): Promise<void> {
-  const past = await drawnSoFar(server);
-  server.sendPicture(encodePicture(one));
-  const more = (past: number) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past;
-  await server.page.waitForFunction(more, past);
-  await server.page.waitForTimeout(150);
-}
 
 /** How many pixels of the scene have a dark, reddish colour: the far end of the colour map, however it is lit. */
 async function strong(server: FakeServer): Promise<number> {
@@ -56,9 +43,9 @@ for (const scheme of ["light", "dark"] as const) {
     await server.page.addStyleTag({ content: ":root { --user-0: #808080 !important; --user-1: #808080 !important; } .view-legend { display: none !important; }" });
     await server.page.evaluate(() => document.dispatchEvent(new Event("themechange")));
     server.send(session(SOFT));
-    await sent(server, press(0, 0));
+    await draw(server, press(0, 0));
     const resting = await strong(server);
-    await sent(server, press(0.1, 0.019));
+    await draw(server, press(0.1, 0.019));
     const pressed = await strong(server);
     assert.ok(pressed > resting + 400, `${resting} pixels at rest, ${pressed} when pressed`);
     await server.page.getByText("displacement", { exact: true }).and(server.page.locator(".view-scale span")).waitFor();
@@ -81,12 +68,12 @@ test("others' copies are drawn as nets when they are wanted", async () => {
   await server.page.addStyleTag({ content: PURE });
   await server.page.evaluate(() => document.dispatchEvent(new Event("themechange")));
   server.send(session(SOFT));
-  await sent(server, press(0, 0.01));
+  await draw(server, press(0, 0.01));
   const canvas = server.page.locator(".view-canvas");
   const [, without] = await findColours(server.page, canvas, [BLUE, RED]);
   await openTools(server.page);
   await server.page.getByLabel("Others as nets").check();
-  await server.page.waitForTimeout(300);
+  await pass(server.page, 300);
   const [, withNet] = await findColours(server.page, canvas, [BLUE, RED]);
   assert.ok((withNet?.count ?? 0) > (without?.count ?? 0), `${without?.count} and ${withNet?.count} pixels`);
   await server.page.close();
@@ -95,11 +82,11 @@ test("others' copies are drawn as nets when they are wanted", async () => {
 test("a surface of another object, or none, is the object at rest", async () => {
   const server = await openPage(browser);
   server.send(session(SOFT));
-  await sent(server, { ...press(0, 0), surfaces: [] });
+  await draw(server, { ...press(0, 0), surfaces: [] });
   const odd = press(0.1, 0.01);
   odd.surfaces = odd.surfaces.map((surface) => ({ ...surface, packed: new Int16Array(8) }));
-  await sent(server, odd);
-  await sent(server, press(0.2, 0.01));
+  await draw(server, odd);
+  await draw(server, press(0.2, 0.01));
   assert.deepEqual(server.errors, []);
   await server.page.close();
 });
@@ -113,7 +100,7 @@ test("the lesson of a soft object says its stiffnesses, and its map is of the lo
   };
   server.send({ type: "settings", settings, note: "" });
   await server.page.getByRole("tab", { name: "Lesson" }).click();
-  await sent(server, press(1, 0.01));
+  await draw(server, press(1, 0.01));
   const numbers = server.page.locator(".gains dd");
   await server.page.getByText("800 N/m", { exact: true }).waitFor();
   assert.deepEqual(await numbers.allTextContents(), ["800 N/m", "200 N/m = 0.25 K_o", "80 N/m = 0.1 K_o"]);
@@ -122,11 +109,11 @@ test("the lesson of a soft object says its stiffnesses, and its map is of the lo
   assert.deepEqual([asked.map?.x.key, asked.map?.y.key], ["local_model.stiffness_ratio", "local_model.integral_ratio"]);
   answers(asked).filter((answer) => answer.type === "verdict").forEach((answer) => server.send(answer));
   await server.page.getByRole("combobox", { name: /^local model/i }).selectOption("p");
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
   const set = server.said.findLast((message) => message.type === "set");
   assert.deepEqual(set, { type: "set", settings: { "local_model.kind": "p" } });
   server.send({ type: "settings", settings: { ...settings, "local_model.kind": "p" }, note: "" });
-  await sent(server, press(2, 0.01));
+  await draw(server, press(2, 0.01));
   await server.page.getByText("none", { exact: true }).waitFor();
   await server.page.close();
 });

@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, BodyInfo } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { launch, openPage, openTools, type FakeServer } from "./harness.ts";
+import { draw, drawnSoFar, launch, openPage, openTools, pass, type FakeServer } from "./harness.ts";
 import { findColours } from "./pixels.ts";
 
 /** The legend has the users' colours too. */
@@ -18,30 +18,10 @@ let browser: Browser;
 before(async () => { browser = await launch(); });
 after(() => browser.close());
 
-async function drawn(server: FakeServer, about: About, one: Picture): Promise<void> {
-  const count = () => server.page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
-  server.send(session(about));
-  await sent(server, one, count);
-}
-
-/** Sends a picture and waits until it is drawn. */
-async function sent(server: FakeServer, one: Picture, count = () => drawnSoFar(server)): Promise<void> {
-  const past = await count();
-  server.sendPicture(encodePicture(one));
-  // The first frame has it; another one that followed the camera may come after.
-  const more = (past: number) => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0) > past;
-  await server.page.waitForFunction(more, past);
-  await server.page.waitForTimeout(100);
-}
-
-function drawnSoFar(server: FakeServer): Promise<number> {
-  return server.page.evaluate(() => Number(document.querySelector("canvas")?.dataset["drawn"] ?? 0));
-}
-
 async function recolour(server: FakeServer, css: string): Promise<void> {
   await server.page.addStyleTag({ content: css });
   await server.page.evaluate(() => document.dispatchEvent(new Event("themechange")));
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
 }
 
 function moved(about: About, by_m: number): Picture {
@@ -57,9 +37,10 @@ for (const scheme of ["light", "dark"] as const) {
     await recolour(server, PURE);
     const canvas = server.page.locator("canvas").first();
     const [nothing] = await findColours(server.page, canvas, [BLUE]);
-    await drawn(server, GRASP, moved(GRASP, -0.02));
+    server.send(session(GRASP));
+    await draw(server, moved(GRASP, -0.02));
     const [left] = await findColours(server.page, canvas, [BLUE]);
-    await sent(server, moved(GRASP, 0.02));
+    await draw(server, moved(GRASP, 0.02));
     const [right] = await findColours(server.page, canvas, [BLUE]);
     assert.ok(nothing && left && right);
     assert.equal(nothing.count, 0, "before the first picture");
@@ -73,7 +54,8 @@ for (const scheme of ["light", "dark"] as const) {
 test("what swings far away stays in the picture", async () => {
   const server = await openPage(browser);
   await recolour(server, PURE);
-  await drawn(server, LINE, picture(LINE, 0));
+  server.send(session(LINE));
+  await draw(server, picture(LINE, 0));
   // Both hands and copies metres apart, metres away: within a scene of 20 cm.
   const far = picture(LINE, 0);
   far.hosts.forEach((host, index) => {
@@ -81,7 +63,7 @@ test("what swings far away stays in the picture", async () => {
     for (const finger of host.fingers) finger.position_m = [x, 0, 0];
     for (const body of host.bodies) body.position_m = [x, 0, 0];
   });
-  for (let i = 0; i < 20; i++) await sent(server, far);
+  for (let i = 0; i < 20; i++) await draw(server, far);
   const [blue, red] = await findColours(server.page, server.page.locator("canvas").first(), [BLUE, [255, 0, 0]]);
   assert.ok((blue?.count ?? 0) > 10 && (red?.count ?? 0) > 10, `${blue?.count} and ${red?.count} pixels`);
   await server.page.close();
@@ -89,7 +71,8 @@ test("what swings far away stays in the picture", async () => {
 
 test("the colours of another theme are taken over at once", async () => {
   const server = await openPage(browser);
-  await drawn(server, LINE, picture(LINE, 0));
+  server.send(session(LINE));
+  await draw(server, picture(LINE, 0));
   const canvas = server.page.locator("canvas").first();
   const [past] = await findColours(server.page, canvas, [LIME]);
   await recolour(server, ":root { --user-0: #00ff00 !important; }");
@@ -101,12 +84,13 @@ test("the colours of another theme are taken over at once", async () => {
 test("copies can be hidden, and shown further apart than they are", async () => {
   const server = await openPage(browser);
   await recolour(server, PURE);
-  await drawn(server, GRASP, moved(GRASP, 0));
+  server.send(session(GRASP));
+  await draw(server, moved(GRASP, 0));
   const canvas = server.page.locator("canvas").first();
   const outlines = async (words: string) => {
     await openTools(server.page);
     await server.page.getByLabel("Copies").selectOption({ label: words });
-    await server.page.waitForTimeout(200);
+    await pass(server.page, 200);
     return (await findColours(server.page, canvas, [BLUE]))[0] ?? { count: NaN, x: NaN, left: NaN };
   };
   const asTheyAre = await outlines("as they are");
@@ -133,37 +117,40 @@ test("every shape and a world out of all bounds are drawn without an error", asy
   };
   await recolour(server, PURE);
   const one = picture(about, 0);
-  await drawn(server, about, one);
+  server.send(session(about));
+  await draw(server, one);
   one.hosts.forEach((host) => host.bodies.forEach((pose) => { pose.position_m = [NaN, Infinity, 1e30]; }));
-  await sent(server, one);
+  await draw(server, one);
   assert.deepEqual(server.errors, []);
   await server.page.close();
 });
 
 test("nothing is drawn while nothing changes", async () => {
   const server = await openPage(browser);
-  await drawn(server, GRASP, picture(GRASP, 0));
-  await server.page.waitForTimeout(1500);
-  const past = await drawnSoFar(server);
-  await server.page.waitForTimeout(700);
-  assert.equal(await drawnSoFar(server), past);
+  server.send(session(GRASP));
+  await draw(server, picture(GRASP, 0));
+  await pass(server.page, 1500);
+  const past = await drawnSoFar(server.page);
+  await pass(server.page, 700);
+  assert.equal(await drawnSoFar(server.page), past);
   await server.page.close();
 });
 
 test("arrow keys turn a view that has the focus, and the view can be reset", async () => {
   const server = await openPage(browser);
   await recolour(server, PURE);
-  await drawn(server, GRASP, picture(GRASP, 0));
+  server.send(session(GRASP));
+  await draw(server, picture(GRASP, 0));
   const canvas = server.page.locator("canvas").first();
   const where = async () => (await findColours(server.page, canvas, [BLUE]))[0]?.left ?? NaN;
   const first = await where();
   await canvas.focus();
   for (let i = 0; i < 6; i++) await server.page.keyboard.press("ArrowRight");
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
   const turned = await where();
   await openTools(server.page);
   await server.page.getByRole("button", { name: "Reset view" }).click();
-  await server.page.waitForTimeout(200);
+  await pass(server.page, 200);
   const reset = await where();
   assert.ok(Math.abs(turned - first) > 8, `${first} and ${turned}`);
   assert.ok(Math.abs(reset - first) < 3, `${first} and ${reset}`);
@@ -176,10 +163,11 @@ test("a browser that draws slowly asks for fewer pictures", async () => {
     const quick = window.requestAnimationFrame.bind(window);
     window.requestAnimationFrame = (draw) => quick(() => setTimeout(() => draw(performance.now()), 60));
   });
-  await drawn(server, LINE, picture(LINE, 0));
+  server.send(session(LINE));
+  await draw(server, picture(LINE, 0));
   for (let i = 1; i < 200 && !server.said.some((message) => message.type === "rate"); i++) {
     server.sendPicture(encodePicture(picture(LINE, i / 60)));
-    await server.page.waitForTimeout(50);
+    await pass(server.page, 50);
   }
   assert.deepEqual(server.said.find((message) => message.type === "rate"), { type: "rate", hz: 32 });
   await server.page.close();
@@ -201,7 +189,7 @@ test("without WebGL there are words in place of the scene, and no error", async 
   server.send({ type: "taken", user: 0, stiffness_n_per_m: 150, damping_n_s_per_m: 3 });
   await server.page.keyboard.down("ArrowRight");
   // The keys go on working.
-  await server.page.waitForTimeout(500);
+  await pass(server.page, 500);
   const last = server.said.findLast((message) => message.type === "point");
   assert.ok(last && (last.targets_m[0]?.[0] ?? 0) > -0.03, JSON.stringify(last));
   assert.deepEqual(server.errors, []);

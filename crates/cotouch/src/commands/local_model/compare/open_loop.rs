@@ -5,11 +5,11 @@ use std::f64::consts::TAU;
 use arrayvec::ArrayVec;
 use cotouch_device::TrajectoryDevice;
 use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_scene::Scene;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{LocalModelKind, ReturnedForce, Space, User};
+use cotouch_scene::scene::{LocalModelKind, ReturnedForce, SceneValues, Space, User};
+use cotouch_scene::{Scene, SceneErrors};
 use cotouch_world::MeshSurface;
 use glam::DVec3;
 use serde::Serialize;
@@ -45,14 +45,15 @@ pub(super) struct Forces(Vec<Vec<ArrayVec<DVec3, MAX_FINGERS>>>);
 
 /// The scene with the object simulated at the haptic rate, one haptic tick late, and a contact that is much stiffer than
 /// the object. Without inertia only the joint compliance gives a stable loop with it, and is exact.
-pub(super) fn reference(scene: &Scene) -> Scene {
-    let mut scene = scene.clone();
-    scene.rates.simulation_hz = scene.rates.control_hz;
-    let model = &mut scene.local_model;
-    model.kind = if scene.soft.quasi_static { LocalModelKind::Compliance } else { LocalModelKind::P };
-    (model.stiffness_n_per_m, model.stiffness_ratio) = (0.0, REFERENCE_RATIO);
-    (model.returned_force, model.result_delay_periods) = (ReturnedForce::First, 0);
-    scene
+pub(super) fn reference(scene: &Scene) -> Result<Scene, SceneErrors> {
+    let refer = |values: &mut SceneValues| {
+        values.rates.simulation_hz = values.rates.control_hz;
+        let model = &mut values.local_model;
+        model.kind = if scene.soft.quasi_static { LocalModelKind::Compliance } else { LocalModelKind::P };
+        (model.stiffness_n_per_m, model.stiffness_ratio) = (0.0, REFERENCE_RATIO);
+        (model.returned_force, model.result_delay_periods) = (ReturnedForce::First, 0);
+    };
+    scene.edit(refer)
 }
 
 impl Forces {
