@@ -277,7 +277,7 @@ fn fast_ticks_approach_the_continuous_admittance() {
     let object = s * scene.object.mass_kg;
     let continuous = (s * scene.hand.mass_kg + coupler * object / (coupler + object)).inv();
     let errors = [1 << 13, 1 << 14, 1 << 15].map(|rate| {
-        let scene = edited(&scene, |scene| {
+        let scene = scene.edit_unchecked(|scene| {
             scene.rates.control_hz = format!("{rate}").parse().unwrap();
             scene.rates.network_hz = scene.rates.control_hz;
         });

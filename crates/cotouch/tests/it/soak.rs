@@ -10,7 +10,6 @@ use cotouch_runtime::slow::SlowPort;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::scene::{Action, DeviceKind, Scene, Space};
 use cotouch_scene::{builtin, load};
-use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -65,7 +64,7 @@ fn action(random: &mut Pcg64Mcg, scene: &Scene, start: DVec3) -> Action {
 }
 
 /// The scene with hands that do `seconds` of one thing after the other.
-fn with_random_hands(mut scene: Scene, seed: u64, seconds: f64) -> Scene {
+fn with_random_hands(scene: &Scene, seed: u64, seconds: f64) -> Scene {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let mut users = scene.users.clone();
     for user in &mut users {
@@ -75,14 +74,14 @@ fn with_random_hands(mut scene: Scene, seed: u64, seconds: f64) -> Scene {
             let mut scripted_s = 0.0;
             finger.script.clear();
             while scripted_s < seconds {
-                let next = action(&mut random, &scene, finger.position_m);
+                let next = action(&mut random, scene, finger.position_m);
                 scripted_s += next.duration_s();
                 finger.script.push(next);
             }
         }
     }
-    scene = edited(&scene, |scene| scene.users = users);
-    scene
+    // Hands whose scene gives them no spring to follow paths with stay where they are: no scene, but harmless.
+    scene.edit_unchecked(|scene| scene.users = users)
 }
 
 /// What all copies of all bodies hold, in motion and in deformation, J.
@@ -110,7 +109,7 @@ fn assert_sound(name: &str, scene: &Scene, record: &TickRecord) {
 }
 
 fn soak(name: &str, seed: u64, seconds: f64) {
-    let scene = with_random_hands(load(name, &[]).unwrap(), seed, seconds);
+    let scene = with_random_hands(&load(name, &[]).unwrap(), seed, seconds);
     let user = |host| (SimulatedUser::new(&scene, host).unwrap(), None);
     let mut session = VirtualSession::with_devices(&scene, user).unwrap();
     // Quarters of mean energy, looked at ten times a second.

@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// A free arm.
 pub(crate) const ARM: Hand =
-    Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0, finger_radius_m: 0.0 };
+    Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0, finger_radius_m: 1e-4 };
 /// How firmly targets are tracked.
 pub(crate) const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
 
