@@ -51,7 +51,7 @@ impl HostState {
                     visit_packet(packet, model, part, quantity, act);
                 }
             }
-            Coordinate::Memory { host, from, object, quantity, vector } if host == model.host => {
+            Coordinate::SchemeMemory { host, from, object, quantity, vector } if host == model.host => {
                 let (Quantity::Position(axis) | Quantity::Rotation(axis)) = quantity else { return };
                 let turns = matches!(quantity, Quantity::Rotation(_));
                 let copies = model.copies.as_ref();

@@ -160,7 +160,7 @@ pub enum Coordinate {
     },
     /// What a coordination scheme remembers of the copies of a body at `host` and at `from`, along (or, as a rotation,
     /// about) one axis.
-    Memory {
+    SchemeMemory {
         /// The host that remembers.
         host: HostIndex,
         /// The peer with the other copy.
@@ -178,6 +178,15 @@ pub enum Coordinate {
         host: HostIndex,
         /// Counted over all users' fingers.
         slot: u8,
+    },
+    /// What a law remembers of a finger slot at a host, besides an integral's force.
+    LawMemory {
+        /// Whose local model.
+        host: HostIndex,
+        /// Counted over all users' fingers.
+        slot: u8,
+        /// Which number, from 0.
+        number: u8,
     },
     /// A number of a host's soft body after its last step: displacements, then velocities of its free coordinates (or of
     /// what these were reduced to).
@@ -217,7 +226,11 @@ impl Coordinate {
     pub const fn earlier(mut self, by: u32) -> Self {
         match &mut self {
             Self::Held { age, .. } | Self::Surface { age, .. } | Self::SteppedForce { age, .. } => *age += by,
-            Self::Own { .. } | Self::Memory { .. } | Self::Integral { .. } | Self::SoftBody { .. } => {}
+            Self::Own { .. }
+            | Self::SchemeMemory { .. }
+            | Self::Integral { .. }
+            | Self::LawMemory { .. }
+            | Self::SoftBody { .. } => {}
         }
         self
     }
@@ -253,11 +266,14 @@ impl fmt::Display for Coordinate {
             Self::Held { host, from, part, quantity, age } => {
                 write!(formatter, "{host}.held.{from}.{part}.{quantity}.age{age}")
             }
-            Self::Memory { host, from, object, quantity, vector } => {
+            Self::SchemeMemory { host, from, object, quantity, vector } => {
                 let (object, vector) = (Part::Object(*object), u32::from(*vector) + 1);
                 write!(formatter, "{host}.memory{vector}.{from}.{object}.{quantity}")
             }
             Self::Integral { host, slot } => write!(formatter, "{host}.integral{}", u32::from(*slot) + 1),
+            Self::LawMemory { host, slot, number } => {
+                write!(formatter, "{host}.memory{}.{}", u32::from(*slot) + 1, u32::from(*number) + 1)
+            }
             Self::SoftBody { host, index } => write!(formatter, "{host}.soft{}", index + 1),
             Self::Surface { host, slot, axis, age } => {
                 let (number, axis) = (u32::from(*slot) + 1, Quantity::Position(*axis));
@@ -316,6 +332,11 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
             Some(Coordinate::Integral { host: host(h)?, slot: slot(s, "integral")? })
         }
         [h, s] => Some(Coordinate::SoftBody { host: host(h)?, index: counted(s, "soft")? }),
+        [h, s, n] if s.starts_with("memory") => Some(Coordinate::LawMemory {
+            host: host(h)?,
+            slot: slot(s, "memory")?,
+            number: counted(n, "")?.try_into().ok()?,
+        }),
         [h, p, q] => Some(Coordinate::Own { host: host(h)?, part: part(p)?, quantity: quantity(q)? }),
         [h, s, x, a] => {
             let (host, axis, age) = (host(h)?, axis(x)?, age(a)?);
@@ -325,7 +346,7 @@ fn parse_coordinate(text: &str) -> Option<Coordinate> {
             }
         }
         [h, m, f, p, q] => match part(p)? {
-            Part::Object(object) => Some(Coordinate::Memory {
+            Part::Object(object) => Some(Coordinate::SchemeMemory {
                 host: host(h)?,
                 from: host(f)?,
                 object,

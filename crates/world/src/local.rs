@@ -37,7 +37,7 @@ mod surface;
 
 use cotouch_scene::scene::LocalModelKind;
 
-pub use contact::{ContactInput, LAW_MEMORY, LocalContact};
+pub use contact::{ContactInput, LAW_MEMORY, LawState, LocalContact};
 pub use gains::LocalGains;
 pub use joint::{JointContact, joint_forces};
 pub use law::{FingerForces, FrameCompliance, LawClock, LawNeeds, LocalFinger, LocalLaw, LocalTick, Slots};

@@ -113,7 +113,7 @@ impl ChannelEnd {
         let vectors = (first..first + vectors).map(|vector| vector as u8);
         let name = |vector: u8| {
             let degrees = self.axes[self.components()].iter();
-            degrees.map(move |dof| Coordinate::Memory {
+            degrees.map(move |dof| Coordinate::SchemeMemory {
                 host,
                 from,
                 object,

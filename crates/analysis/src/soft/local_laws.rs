@@ -3,7 +3,7 @@
 use cotouch_scene::Scene;
 use cotouch_scene::time::Schedule;
 use cotouch_world::LinearBlock;
-use cotouch_world::local::{LawClock, LocalGains, SoftContactModel, StickingContacts, local_law};
+use cotouch_world::local::{LawClock, LawState, LocalGains, SoftContactModel, StickingContacts, local_law};
 use glam::DVec3;
 use nalgebra::DMatrix;
 
@@ -18,6 +18,8 @@ pub(super) struct HostLaw {
     pub(super) held: bool,
     /// What has a state: from e, gathered at every tick with these weights, to forces on fingers.
     pub(super) state: Option<(Linear, Vec<Vec<f64>>)>,
+    /// What the numbers of that state are, the same for every contact.
+    pub(super) names: &'static [LawState],
 }
 
 impl HostLaw {
@@ -50,6 +52,7 @@ impl HostLaw {
             held: law.clock() == LawClock::SlowPeriod,
             state: (a.nrows() > 0).then_some((Linear { a, b, c, d: without_direct }, weights)),
             direct: d,
+            names: law.states(),
         }
     }
 }

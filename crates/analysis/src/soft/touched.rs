@@ -3,6 +3,7 @@
 use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Schedule;
+use cotouch_world::local::LawState;
 use nalgebra::DMatrix;
 
 use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
@@ -193,7 +194,14 @@ impl Session<'_> {
         if let Some((law, weights)) = self.of.law.state.clone() {
             let mut error = Coupling::new(rows);
             (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
-            let states = slots.iter().map(|&slot| Coordinate::Integral { host, slot }).collect();
+            let coordinate = |slot: u8, name: LawState| match name {
+                LawState::Integral => Coordinate::Integral { host, slot },
+                LawState::Memory(number) => Coordinate::LawMemory { host, slot, number },
+            };
+            let names = self.of.law.names.iter();
+            let states =
+                slots.iter().flat_map(|&slot| names.clone().map(move |&name| coordinate(slot, name)));
+            let states = states.collect();
             let ticks = every_tick(&slow);
             self.of.spec.block(Block { states, weights, ..Block::sampled(ticks, error, law, Delay::NONE) });
         }

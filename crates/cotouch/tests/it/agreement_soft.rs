@@ -126,6 +126,10 @@ impl Probe {
                 let soft = &mut session.host_mut(host).station.state.host.soft;
                 act(&mut soft.contacts[usize::from(slot)].integral_n);
             }
+            Coordinate::LawMemory { host, slot, number } => {
+                let soft = &mut session.host_mut(host).station.state.host.soft;
+                act(&mut soft.contacts[usize::from(slot)].memory[usize::from(number)]);
+            }
             Coordinate::SoftBody { host, index } => self.visit_body(session, host, index as usize, act),
             Coordinate::Surface { host, age, slot, axis } => {
                 self.visit_surface(frame(session, host, age), usize::from(slot), axis.index(), act);

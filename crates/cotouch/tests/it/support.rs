@@ -136,7 +136,7 @@ pub(crate) fn visit(
         Coordinate::Own { host, part: part @ (Part::Hand(_) | Part::Sensor(_)), quantity } => {
             visit_device(session, host, part, quantity, act)
         }
-        Coordinate::Own { host, .. } | Coordinate::Memory { host, .. } => {
+        Coordinate::Own { host, .. } | Coordinate::SchemeMemory { host, .. } => {
             visit_host(session, host, coordinate, tick, act)
         }
         Coordinate::Held { host, .. } => {

@@ -18,6 +18,15 @@ const MIN_SLIP_M: f64 = 1e-12;
 /// Numbers that a law may remember of one contact ([`LocalContact::memory`]).
 pub const LAW_MEMORY: usize = 6;
 
+/// A number that a law remembers of a contact.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LawState {
+    /// The integral's force along the normal, N.
+    Integral,
+    /// A number of [`LocalContact::memory`], from 0.
+    Memory(u8),
+}
+
 /// Where a finger touches a soft body, and what its local model remembers: a plain value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct LocalContact {
@@ -62,6 +71,17 @@ pub struct ContactInput<'a> {
 }
 
 impl LocalContact {
+    /// A number that a law remembers of it.
+    ///
+    /// # Panics
+    /// When there is no such number.
+    pub fn state_mut(&mut self, state: LawState) -> &mut f64 {
+        match state {
+            LawState::Integral => &mut self.integral_n,
+            LawState::Memory(number) => &mut self.memory[usize::from(number)],
+        }
+    }
+
     /// A contact for good: holds the surface's point that is nearest to `centre` (m).
     pub fn hold_nearest(&mut self, model: &SoftContactModel, surface: &SurfaceInUse, centre: DVec3) {
         let Some(nearest) = surface.latest.nearest_point(centre) else { return };

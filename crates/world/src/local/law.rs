@@ -6,7 +6,7 @@ use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_SOFT_CONTACTS;
 use glam::DVec3;
 
-use super::contact::{ContactInput, LocalContact};
+use super::contact::{ContactInput, LawState, LocalContact};
 use super::gains::LocalGains;
 use super::model::SoftContactModel;
 use super::sticking::StickingContacts;
@@ -35,14 +35,10 @@ pub trait LocalLaw: Debug + Sync {
         LawClock::Tick
     }
 
-    /// Names of the numbers that the law's state has for every contact, as the analysis calls them.
-    fn state_names(&self) -> &'static [&'static str] {
+    /// What the law remembers of every contact from one instant to the next: an integral's force, whose input counts INT for
+    /// a whole slow period, or numbers of its own.
+    fn states(&self) -> &'static [LawState] {
         &[]
-    }
-
-    /// These numbers, wherever in the contact they are: in [`LocalContact::memory`], or the integral's force.
-    fn state<'a>(&self, contact: &'a mut LocalContact) -> &'a mut [f64] {
-        &mut contact.memory[..0]
     }
 
     /// The force on a finger that touches, N, its state one instant of the clock on.

@@ -8,7 +8,7 @@
 use glam::DVec3;
 use nalgebra::DMatrix;
 
-use super::contact::{ContactInput, LocalContact};
+use super::contact::{ContactInput, LawState, LocalContact};
 use super::law::{LawNeeds, LocalLaw};
 use super::sticking::StickingContacts;
 use crate::linear_block::LinearBlock;
@@ -22,12 +22,8 @@ impl LocalLaw for PiLaw {
         LawNeeds { integral_gain: true, ..LawNeeds::default() }
     }
 
-    fn state_names(&self) -> &'static [&'static str] {
-        &["integral"]
-    }
-
-    fn state<'a>(&self, contact: &'a mut LocalContact) -> &'a mut [f64] {
-        std::slice::from_mut(&mut contact.integral_n)
+    fn states(&self) -> &'static [LawState] {
+        &[LawState::Integral]
     }
 
     fn force(&self, input: &ContactInput<'_>, contact: &mut LocalContact) -> DVec3 {
