@@ -23,12 +23,13 @@
 //! use cotouch_scene::geometry::Wrench;
 //! use cotouch_scene::{names::HostIndex, scene::Action};
 //! # use glam::DVec3;
-//! let mut scene = cotouch_scene::load("single-axis", &[])?;
-//! scene.hand.stiffness_n_per_m = 0.0;
-//! scene.users[0].tracking.stiffness_n_per_m = 400.0;
-//! scene.users[0].tracking.damping_n_s_per_m = 10.0;
-//! scene.users[0].script = vec![Action::Reach { to_m: DVec3::X * 0.1, duration_s: 0.5 }];
-//! scene.governor.max_force_n = 8.0;
+//! let scene = cotouch_scene::load("single-axis", &[])?.edit(|scene| {
+//!     scene.hand.stiffness_n_per_m = 0.0;
+//!     scene.users[0].tracking.stiffness_n_per_m = 400.0;
+//!     scene.users[0].tracking.damping_n_s_per_m = 10.0;
+//!     scene.users[0].script = vec![Action::Reach { to_m: DVec3::X * 0.1, duration_s: 0.5 }];
+//!     scene.governor.max_force_n = 8.0;
+//! })?;
 //!
 //! let mut ada = SimulatedUser::new(&scene, HostIndex::FIRST)?;
 //! let governor = Governor::new(&scene.governor, ada.limits(), scene.rates.control_hz);

@@ -11,7 +11,9 @@ use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 fn scene(arm: &Hand, actions: &[Action], repeat: bool) -> Scene {
-    scene_of(actions, &[DVec3::ZERO]).edit_unchecked(|scene| {
+    // Scripts without length are no scene's: a user must survive them all the same.
+    scene_of(&[], &[DVec3::ZERO]).edit_unchecked(|scene| {
+        scene.users[0].script = actions.to_vec();
         scene.hand = arm.clone();
         scene.users[0].repeat = repeat;
     })
