@@ -4,8 +4,7 @@
 //! user's force acts on the hand; what the hand does is the answer.
 //!
 //! - [`admittance`]: over frequency, twice. The *slow-rate response* is Fotoohi Ghiam 2006, (6.1): the force is held
-//! over each
-//!   network period and the hand is read at network instants only, `G(z) = C·(zI − A)⁻¹·B`, `z = e^(jωT_t)`. The
+//!   over each network period and the hand is read at network instants only, `G(z) = C·(zI − A)⁻¹·B`, `z = e^(jωT_t)`. The
 //!   *fundamental* is what a continuous sinusoidal force meets: the hand answers with `e^(jωt)` times something that repeats
 //!   with every pattern, of which this is the mean. It is exact too: force and Fourier filter are part of the plant whose
 //!   matrix exponential is taken.

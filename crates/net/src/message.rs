@@ -21,6 +21,10 @@ pub(crate) const SCENE_REQUEST_PADDING: usize = 1024;
 pub struct PeerId(pub u64);
 
 /// What hosts say to each other besides states.
+#[expect(
+    clippy::large_enum_variant,
+    reason = "a message lives for one datagram, and a box would be an allocation"
+)]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Control {
     /// Newcomer to server; repeated until answered. With `cookie` 0 it is answered by a challenge.

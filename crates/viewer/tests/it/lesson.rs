@@ -48,7 +48,7 @@ async fn a_pointer_draws_the_finger_until_its_page_falls_silent() {
     page.say(json!({ "type": "take", "user": 0 })).await;
     page.wait_for("taken").await;
     let mut drawn_x_m = f32::NAN;
-    while !((drawn_x_m - 0.05).abs() < 0.01) {
+    while drawn_x_m.is_nan() || (drawn_x_m - 0.05).abs() >= 0.01 {
         page.say(json!({ "type": "point", "targets_m": [[0.05, 0, 0]] })).await;
         drawn_x_m = page.picture().await.target_x_m;
     }
