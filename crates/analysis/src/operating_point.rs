@@ -84,7 +84,7 @@ pub struct FingerContact {
 pub struct CornerContact {
     /// Whose copy touches.
     pub host: HostIndex,
-    /// Which of [`Scene::walls`].
+    /// Which of [`cotouch_scene::scene::SceneValues::walls`].
     pub wall: usize,
     /// Which of the scene's bodies.
     pub body: u8,

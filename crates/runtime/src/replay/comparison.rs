@@ -68,7 +68,7 @@ impl fmt::Display for Difference {
     }
 }
 
-/// The first number of a tick that differs, in the order of [`crate::tick_fields`]; real numbers are compared bit for
+/// The first number of a tick that differs, in the order of the tables of exported ticks; real numbers are compared bit for
 /// bit. `lateness_ns` and `compute_ns` are measurements and may differ.
 #[must_use]
 pub fn compare_tick(recorded: &TickRecord, replayed: &TickRecord) -> Option<Difference> {
