@@ -304,3 +304,42 @@ fn check_names(spec: &LoopSpec) -> Result<(), SpecError> {
         None => Ok(()),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use cotouch_scene::names::{HostIndex, Part};
+    use cotouch_scene::scene::SpringDamper;
+    use cotouch_scene::time::Schedule;
+    use nalgebra::DMatrix;
+
+    use super::*;
+    use crate::linear::Linear;
+    use crate::loop_spec::{Block, Delay, LINE, Signal, Term};
+
+    /// A block that reads a force which was sampled `periods` network steps ago.
+    fn block_on_force(periods: u32) -> LoopSpec {
+        let (ticks, steps) = ("1000".parse().unwrap(), "500".parse().unwrap());
+        let schedule = Schedule::new(ticks, steps).unwrap();
+        let mut spec = LoopSpec::new(schedule);
+        let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
+        let soft = SpringDamper { stiffness_n_per_m: 100.0, damping_n_s_per_m: 5.0 };
+        let dynamics = Dynamics::Plant(Plant::mass(0.1, soft));
+        let hand = spec.body(Body { states, axes: LINE, dynamics });
+        let pull = spec.spring(Motion::Current(hand), Motion::Ground, soft);
+        let (host, part) = (HostIndex::FIRST, Part::Force(0));
+        let delay = Delay::Scheduled { periods, transit_ticks: 0 };
+        let line = spec.line(Line { host, from: host, part, signal: Signal::Force(pull), delay });
+        let read = Term { component: 0, motion: Motion::Held(line), number: 0, gain: 1.0 };
+        let input = Coupling { components: 1, terms: vec![read] };
+        let law = Linear::gain(DMatrix::from_element(1, 1, 1.0));
+        let at_once = Delay::OnArrival { transit_ticks: 0 };
+        spec.block(Block::sampled(spec.schedule, input, law, at_once));
+        spec
+    }
+
+    #[test]
+    fn a_block_reads_forces_that_were_sampled_before_not_at_the_same_instant() {
+        assert_eq!(check(&block_on_force(0)), Err(SpecError::FreshForce(0)));
+        assert_eq!(check(&block_on_force(1)), Ok(()));
+    }
+}

@@ -37,7 +37,7 @@ pub struct Block {
 pub enum Hold {
     /// As it is.
     Zero,
-    /// Linearly from the output before it to itself, which is reached when the next one is used (paper §3.4).
+    /// Linearly from the output before it to itself, which is reached when the next one is used (Barbagli et al. 2003, §3.4).
     First,
 }
 
