@@ -16,11 +16,13 @@
 //! Contacts stick; thresholds only shift where things come to rest. The body is its step linearised at rest, in as few
 //! coordinates as it takes for its contacts to see no difference.
 
+mod closed;
 mod compile;
 mod contacts;
 mod error;
 mod local_laws;
 mod prepared;
+mod pressed;
 mod ratios;
 mod reduction;
 mod slow_body;

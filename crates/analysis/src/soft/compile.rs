@@ -5,10 +5,13 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, WallSides};
 use cotouch_soft::contact_stiffnesses;
 use glam::DVec3;
+use rayon::prelude::*;
 
+use super::closed::closed_loop;
 use super::error::SoftAnalysisError;
 use super::local_laws::HostLaw;
 use super::prepared::{Bodies, Prepared};
+use super::pressed::Pressed;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::compile::{ContactMode, compile_at, delay, sets_of_fingers};
@@ -45,14 +48,18 @@ pub(crate) fn modes(
             let Finger { user, finger } = fingers[slot];
             format!("{}.finger{}", scene.users[user.index()].name, finger + 1)
         };
-        let spec = touched(scene, &prepared, &fingers, &set, &prepared.seen_from(&set), true)?;
+        let body = prepared.seen_from(&set);
+        let of = described(scene, &prepared, &fingers, &set, &body, true)?;
         Ok(ContactMode {
             contacts: set.iter().map(name).collect(),
             settled: set.len() == fingers.len(),
-            spec,
+            spec: match Pressed::new(&of) {
+                Some(pressed) => closed_loop(of, &pressed),
+                None => touched_body(of),
+            },
         })
     };
-    Ok((sets.into_iter().map(mode).collect::<Result<_, _>>()?, notes))
+    Ok((sets.into_par_iter().map(mode).collect::<Result<_, _>>()?, notes))
 }
 
 /// The loop of a scene with every finger in contact, its body in all its coordinates: for comparison with the running
@@ -64,11 +71,11 @@ pub fn compile_unreduced(scene: &Scene) -> Result<LoopSpec, SoftAnalysisError> {
     let prepared = Bodies::default().prepared(scene)?;
     let fingers = fingers(scene);
     let set: Vec<usize> = (0..fingers.len()).collect();
-    touched(scene, &prepared, &fingers, &set, &prepared.exact(&set)?, false)
+    Ok(touched_body(described(scene, &prepared, &fingers, &set, &prepared.exact(&set)?, false)?))
 }
 
 /// In the order of the bodies of a free session's loop.
-fn fingers(scene: &Scene) -> Vec<Finger> {
+pub(super) fn fingers(scene: &Scene) -> Vec<Finger> {
     let of_user = |user: HostIndex| {
         let count = scene.users[user.index()].fingers.len() as u8;
         (0..count).map(move |finger| Finger { user, finger })
@@ -76,28 +83,28 @@ fn fingers(scene: &Scene) -> Vec<Finger> {
     scene.hosts().flat_map(of_user).collect()
 }
 
-/// The loop while the fingers of `set` touch `body`, which is seen from them. Where `without_idle`, nothing acts along axes
-/// of the world along which nothing ever moves.
-fn touched(
-    scene: &Scene,
+/// The session while the fingers of `set` touch `body`, which is seen from them. Where it is `reduced`, nothing acts along
+/// axes of the world along which nothing ever moves.
+pub(super) fn described<'a>(
+    scene: &'a Scene,
     prepared: &Prepared,
     fingers: &[Finger],
     set: &[usize],
-    body: &SlowBody,
-    without_idle: bool,
-) -> Result<LoopSpec, SoftAnalysisError> {
+    body: &'a SlowBody,
+    reduced: bool,
+) -> Result<Touched<'a>, SoftAnalysisError> {
     let compliance = prepared.compliance(set);
     let ko_n_per_m = contact_stiffnesses(&compliance).ok_or(SoftAnalysisError::Rigid)?;
     let normals: Vec<DVec3> = set.iter().map(|&slot| prepared.anchors[slot].normal).collect();
     let law = HostLaw::new(scene, &ko_n_per_m, &normals, &compliance);
     let local = &scene.local_model;
     let spec = compile_at(scene, &OperatingPoint::free(scene));
-    let idle_axes = if without_idle { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
+    let idle_axes = if reduced { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
     let centralized = scene.session.architecture == Architecture::Centralized;
-    Ok(touched_body(Touched {
+    Ok(Touched {
         touching: set.iter().map(|&slot| (slot, fingers[slot])).collect(),
         hosts: if centralized { vec![HostIndex::FIRST] } else { scene.hosts().collect() },
-        delay: &|from, to| delay(scene, from, to),
+        delay: Box::new(|from, to| delay(scene, from, to)),
         slow: scene.slow_schedule(),
         returned_force: local.returned_force,
         hold: local.hold,
@@ -106,5 +113,5 @@ fn touched(
         law,
         idle_axes,
         spec,
-    }))
+    })
 }

@@ -92,7 +92,7 @@ fn one_finger_after(
     touched_body(Touched {
         touching: vec![(0, finger(0))],
         hosts: vec![HostIndex::FIRST],
-        delay: &|_, _| Delay::NONE,
+        delay: Box::new(|_, _| Delay::NONE),
         slow: schedule("1000", "50"),
         returned_force,
         hold,
@@ -309,7 +309,7 @@ fn two_hosts(
     touched_body(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
-        delay: &|_, _| Delay::periods(1),
+        delay: Box::new(|_, _| Delay::periods(1)),
         slow: schedule(control, slow),
         returned_force,
         hold,
@@ -324,4 +324,78 @@ fn two_hosts(
         idle_axes: [false; 3],
         spec,
     })
+}
+
+#[test]
+#[ignore = "measuring"]
+fn measure() {
+    for (name, settings) in [
+        ("soft-block", vec![]),
+        ("soft-block", vec!["local_model.hold=first"]),
+        ("soft-block", vec!["local_model.kind=hold"]),
+        ("soft-block", vec!["local_model.kind=hold", "local_model.result_delay_periods=2"]),
+        ("balloon", vec![]),
+        ("balloon", vec!["local_model.kind=p", "local_model.returned_force=first"]),
+        ("spring", vec![]),
+        ("organ", vec!["session.users=2"]),
+        ("organ", vec!["session.users=2", "local_model.hold=first", "local_model.returned_force=last"]),
+        ("organ", vec!["session.users=2", "local_model.kind=p"]),
+        ("organ", vec!["session.users=2", "local_model.kind=hold"]),
+        ("organ", vec!["session.users=2", "local_model.kind=hold", "local_model.hold=first"]),
+        ("organ", vec![]),
+        ("organ", vec!["session.users=8"]),
+    ] {
+        let overrides: Vec<_> = settings.iter().map(|setting: &&str| setting.parse().unwrap()).collect();
+        let scene = cotouch_scene::load(name, &overrides).unwrap();
+        println!("{name} {settings:?}");
+        let t = std::time::Instant::now();
+        let bodies = super::Bodies::default();
+        let prepared = bodies.prepared(&scene).unwrap();
+        println!("prepared {:?}", t.elapsed());
+        let fingers = super::compile::fingers(&scene);
+        let users: Vec<HostIndex> = fingers.iter().map(|finger| finger.user).collect();
+        for set in crate::compile::sets_of_fingers(&users, 16, &mut Vec::new()) {
+            if users.len() > 4 && set.len() != users.len() {
+                continue;
+            }
+            let t = std::time::Instant::now();
+            let body = prepared.seen_from(&set);
+            let seen = t.elapsed();
+            let of = || super::compile::described(&scene, &prepared, &fingers, &set, &body, true).unwrap();
+            let t = std::time::Instant::now();
+            let pressed = super::pressed::Pressed::new(&of());
+            let closing = t.elapsed();
+            let Some(pressed) = pressed else {
+                println!("not closed");
+                continue;
+            };
+            let spec = super::closed::closed_loop(of(), &pressed);
+            let t = std::time::Instant::now();
+            let one = crate::poles::judge(&spec, false).unwrap();
+            let judged = t.elapsed();
+            let t = std::time::Instant::now();
+            crate::poles::judge(&spec, true).unwrap();
+            let with_axis = t.elapsed();
+            println!(
+                "  {set:?} states {} felt {:?} unfelt {:?} seen {seen:.1?} closing {closing:.1?} judged {judged:.1?} {with_axis:.1?}",
+                one.eigenvalues.len(),
+                pressed.felt.iter().map(|f| f.1.states()).collect::<Vec<_>>(),
+                pressed.unfelt.map(|u| u.norm())
+            );
+            let spec = touched_body(of());
+            let t = std::time::Instant::now();
+            let Ok(other) = crate::poles::judge(&spec, false) else {
+                println!("too large");
+                continue;
+            };
+            println!(
+                "     states {} {:?} radius {} {} diff {:e}",
+                other.eigenvalues.len(),
+                t.elapsed(),
+                other.spectral_radius,
+                one.spectral_radius,
+                one.spectral_radius / other.spectral_radius - 1.0
+            );
+        }
+    }
 }
