@@ -61,11 +61,11 @@ use crate::lift::LiftedMap;
 use crate::loop_spec::LoopSpec;
 use check::Checked;
 
-pub use crate::linear::Linear;
+pub use crate::plant::Plant;
 pub use clock::Clock;
 pub use error::{DiagramError, Misfit};
 pub use hand_on_local_model::{hand_on_local_model, hand_on_weighted_local_model};
-pub use model::{Block, BlockId, Diagram, Element, Law, Plant, Sampled, Wire};
+pub use model::{Diagram, DiagramBlock, DiagramBlockId, Element, Law, Sampled, Wire};
 pub use time::{Time, TimeError};
 
 /// A way to the map over one pattern. All give the same matrix; they fail for different reasons, if ever.

@@ -25,13 +25,14 @@ use cotouch_scene::time::Schedule;
 use crate::dof::motion_quantities;
 
 pub use block::{Block, Hold};
-pub use body::{Body, Dynamics, Estimate, Plant};
+pub use body::{Body, Dynamics, Estimate};
 pub use coupling::{BlockId, BodyId, Columns, Coupling, LineId, Motion, Rows, Term};
 pub use delay::Delay;
 pub(crate) use delay::tick_of_step;
 pub use line::{Line, Signal};
 
 pub use crate::dof::{Dof, LINE, PLANE_BODY, PLANE_POINT, SPACE_BODY, SPACE_POINT};
+pub use crate::plant::Plant;
 
 /// A linear sampled-data loop.
 #[derive(Clone, Debug, PartialEq)]

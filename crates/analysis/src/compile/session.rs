@@ -13,7 +13,7 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::channel::ChannelEnd;
 use super::endpoint_mass;
-use crate::contact::{ChannelGains, Gains, Geometry, Linear, couple_copies, damp};
+use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, damp};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
     Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
@@ -45,7 +45,7 @@ struct Touch {
     user: HostIndex,
     finger: usize,
     body: usize,
-    law: Linear,
+    law: LinearForce,
 }
 
 impl<'a> Session<'a> {
@@ -200,7 +200,7 @@ impl<'a> Session<'a> {
         let mut touches = Vec::new();
         // Without a surface: coupled to the centre of the first body.
         if self.bodies.first().is_some_and(|body| !has_surface(&body.shape)) {
-            touches.push(Touch { user, finger, body: 0, law: Linear::bilateral(normal) });
+            touches.push(Touch { user, finger, body: 0, law: LinearForce::bilateral(normal) });
         }
         let here = |contact: &&FingerContact| {
             (contact.host, contact.user, usize::from(contact.finger)) == (host, user, finger)
@@ -220,7 +220,7 @@ impl<'a> Session<'a> {
         };
         let gains = gains(self.scene, contact.host, contact.user);
         let arm = contact.centre - pose.position;
-        let law = Linear::contact(&gains, &geometry, pose.orientation, arm, contact.force);
+        let law = LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force);
         Touch { user: contact.user, finger: usize::from(contact.finger), body, law }
     }
 
@@ -256,7 +256,7 @@ impl<'a> Session<'a> {
             let normal = walls[wall].normal.normalize();
             let flat = Geometry { normal, curvature: DMat3::ZERO, stretch: DVec3::ZERO };
             let arm = point.poses[host.index()][index].orientation * corner;
-            let law = Linear::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
+            let law = LinearForce::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
             let axes = self.spec.bodies[copy.0].axes;
             let mut on_body = Coupling::new(axes.len());
             law.on_own_point(&mut on_body, axes, (Motion::Current(copy), axes));

@@ -1,27 +1,13 @@
 //! The usual sampled blocks.
 
 use cotouch_scene::scene::SpringDamper;
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::clock::Clock;
-use super::model::{Law, Plant, Sampled};
+use super::model::{Law, Sampled};
 use super::time::Time;
-use crate::linear::Linear;
-use crate::loop_spec::{self, Estimate};
-
-impl From<&loop_spec::Plant> for Plant {
-    fn from(plant: &loop_spec::Plant) -> Self {
-        Self { a: plant.a.clone(), b: plant.b.clone(), c: plant.c.clone() }
-    }
-}
-
-impl Plant {
-    /// A mass on a spring and a damper to the ground: input force (N), states and outputs position (m) and velocity (m/s).
-    #[must_use]
-    pub fn mass(mass_kg: f64, to_ground: SpringDamper) -> Self {
-        Self::from(&loop_spec::Plant::mass(mass_kg, to_ground))
-    }
-}
+use crate::loop_spec::Estimate;
 
 impl Sampled {
     /// Any law, used at once.
@@ -41,14 +27,14 @@ impl Sampled {
 
     /// `y_k = C·x_k + D·u_k`, `x_{k+1} = A·x_k + B·u_k`.
     #[must_use]
-    pub fn linear(clock: Clock, linear: Linear) -> Self {
+    pub fn linear(clock: Clock, linear: LinearBlock) -> Self {
         Self::new(clock, Law::Linear(linear))
     }
 
     /// `y = D·u`, outputs × inputs.
     #[must_use]
     pub fn gain(clock: Clock, d: DMatrix<f64>) -> Self {
-        Self::linear(clock, Linear::gain(d))
+        Self::linear(clock, LinearBlock::gain(d))
     }
 
     /// Samples and holds (Fotoohi Ghiam 2006, (3.14)).
@@ -91,7 +77,7 @@ impl Sampled {
             Estimate::Difference => (axes, 1.0),
             Estimate::Filtered { cutoff_rad_per_s } => (2 * axes, -(-cutoff_rad_per_s * period_s).exp_m1()),
         };
-        let mut law = Linear {
+        let mut law = LinearBlock {
             a: DMatrix::zeros(remembered, remembered),
             b: DMatrix::zeros(remembered, axes),
             c: DMatrix::zeros(2 * axes, remembered),

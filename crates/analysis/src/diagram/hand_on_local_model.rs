@@ -5,9 +5,10 @@
 
 use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::Rate;
+use cotouch_world::LinearBlock;
 use nalgebra::{DMatrix, dmatrix};
 
-use super::{BlockId, Clock, Diagram, Linear, Plant, Sampled, Time};
+use super::{Clock, Diagram, DiagramBlockId, Plant, Sampled, Time};
 use crate::local_model::{ReturnedForce, SurfaceHold};
 
 /// A hand on a PI local model (6) on an elastic object.
@@ -73,7 +74,10 @@ pub fn hand_on_weighted_local_model(
     diagram
 }
 
-fn add_hand(diagram: &mut Diagram, [mass_kg, damping_n_s_per_m, stiffness_n_per_m]: [f64; 3]) -> BlockId {
+fn add_hand(
+    diagram: &mut Diagram,
+    [mass_kg, damping_n_s_per_m, stiffness_n_per_m]: [f64; 3],
+) -> DiagramBlockId {
     let plant = Plant::mass(mass_kg, SpringDamper { stiffness_n_per_m, damping_n_s_per_m });
     let hand = diagram.plant("hand", plant);
     diagram.blocks[hand.0].states = vec!["hand.x".into(), "hand.v".into()];
@@ -83,6 +87,6 @@ fn add_hand(diagram: &mut Diagram, [mass_kg, damping_n_s_per_m, stiffness_n_per_
 /// F(k) = K_h·e(k) + I(k), I(k+1) = I(k) + INT/N·e(k).
 fn pi(clock: Clock, [kh, int]: [f64; 2], ratio: usize) -> Sampled {
     let one = DMatrix::identity(1, 1);
-    let law = Linear { a: one.clone(), b: dmatrix![int / ratio as f64], c: one, d: dmatrix![kh] };
+    let law = LinearBlock { a: one.clone(), b: dmatrix![int / ratio as f64], c: one, d: dmatrix![kh] };
     Sampled::linear(clock, law)
 }

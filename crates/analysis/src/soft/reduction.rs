@@ -1,11 +1,11 @@
 //! Bodies in fewer coordinates that their contacts cannot tell from the whole.
 
 use cotouch_soft::{LinearBody, MaterialPoint};
+use cotouch_world::LinearBlock;
 use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::slow_body::SlowBody;
-use crate::linear::Linear;
 
 /// Krylov blocks that are tried first, and by how many more each time.
 const MIN_BLOCKS: usize = 4;
@@ -48,7 +48,7 @@ impl SlowBody {
     /// The body in its balanced coordinates (Moore 1981), without those whose Hankel singular values are negligible: what
     /// its contacts do differs by at most twice the sum of what is left out (Glover 1984), in m/N. `d` is kept exactly.
     pub(crate) fn balanced(&self) -> Self {
-        let Linear { a, b, c, d } = &self.law;
+        let LinearBlock { a, b, c, d } = &self.law;
         if self.law.states() == 0 || self.contacts() == 0 {
             return Self { shown: None, ..self.clone() };
         }
@@ -65,7 +65,7 @@ impl SlowBody {
             })
         };
         let (right, left) = (scale(reached * v), scale(seen * u).transpose());
-        let law = Linear { a: &left * a * &right, b: &left * b, c: c * &right, d: d.clone() };
+        let law = LinearBlock { a: &left * a * &right, b: &left * b, c: c * &right, d: d.clone() };
         Self { law, shown: None }
     }
 }

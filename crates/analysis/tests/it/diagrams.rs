@@ -1,7 +1,7 @@
 //! Diagrams written by hand, against closed forms; and what is refused.
 
 use cotouch_analysis::diagram::{
-    Block, BlockId, Clock, Diagram, DiagramError, Element, Law, Linear, Plant, Route, Sampled, Time,
+    Clock, Diagram, DiagramBlock, DiagramBlockId, DiagramError, Element, Law, Plant, Route, Sampled, Time,
     hand_on_local_model, hand_on_weighted_local_model,
 };
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
@@ -9,6 +9,7 @@ use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::loop_spec::Estimate;
 use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::Rate;
+use cotouch_world::LinearBlock;
 use nalgebra::{Complex, DMatrix, dmatrix};
 use proptest::prelude::*;
 
@@ -423,22 +424,22 @@ fn clocks_must_make_sense() {
 #[test]
 fn what_does_not_fit_together_is_refused() {
     let mut diagram = fine();
-    diagram.wire(BlockId(7), BlockId(0), dmatrix![1.0]);
+    diagram.wire(DiagramBlockId(7), DiagramBlockId(0), dmatrix![1.0]);
     assert_refused(&diagram, &["block 7", "there are 2"]);
     let mut diagram = fine();
-    diagram.wire(BlockId(0), BlockId(1), dmatrix![1.0]);
+    diagram.wire(DiagramBlockId(0), DiagramBlockId(1), dmatrix![1.0]);
     assert_refused(&diagram, &["wire from mass to pd", "2×2", "1×1"]);
     let mut diagram = fine();
-    diagram.connect(BlockId(1), BlockId(1));
+    diagram.connect(DiagramBlockId(1), DiagramBlockId(1));
     assert_refused(&diagram, &["wire from pd to pd", "2×1"]);
     let mut diagram = fine();
     diagram.wires[0].gain[(1, 0)] = f64::NAN;
     assert_refused(&diagram, &["wire from mass to pd", "row 1, column 0", "finite", "NaN"]);
     let mut diagram = fine();
-    diagram.wire(BlockId(0), BlockId(0), dmatrix![1.0, 0.0]);
+    diagram.wire(DiagramBlockId(0), DiagramBlockId(0), dmatrix![1.0, 0.0]);
     assert_refused(&diagram, &["mass drives mass", "hold"]);
     let mut diagram = fine();
-    let law = Linear { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![1.0, 2.0], d: dmatrix![1.0] };
+    let law = LinearBlock { a: dmatrix![1.0], b: dmatrix![1.0], c: dmatrix![1.0, 2.0], d: dmatrix![1.0] };
     diagram.sampled("software", Sampled::linear(Clock::every(time("0.001")), law));
     assert_refused(&diagram, &["C of software", "1×1", "1×2"]);
     let mut diagram = fine();
@@ -455,7 +456,7 @@ fn what_does_not_fit_together_is_refused() {
     assert_refused(&diagram, &["mass.x1"]);
     let mut diagram = fine();
     let plant = Plant { a: dmatrix![-1e12], b: dmatrix![1.0], c: dmatrix![1.0] };
-    diagram.push(Block {
+    diagram.push(DiagramBlock {
         name: "stiff".into(),
         states: vec!["s".into()],
         outputs: vec!["y".into()],
