@@ -24,7 +24,7 @@ use cotouch_scene::names::HostIndex;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-use super::{Found, go_on};
+use super::found::{Found, go_on};
 use crate::check::check;
 use crate::crossing::crossing;
 use crate::deflate::deflate;
