@@ -1,12 +1,12 @@
 //! A hand that is free to move on a local model: one loop, against closed forms, the loop written out, and simulation.
 
 use cotouch_analysis::diagram::Route;
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{
     ContactSides, Hand, LocalModelError, PiLocalModel, Simulation, SimulationLoop, SimulationState,
     Threshold, hand_on_local_model, hand_spectral_radius,
 };
 use cotouch_analysis::loop_spec::LoopSpec;
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::names::{Coordinate, Quantity};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;

@@ -1,10 +1,10 @@
 //! Local models on an elastic object: closed forms against lifts, regions, responses, choices.
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{
     Compliances, ContactSides, HandStep, LocalModelError, PiLocalModel, Simulation, SimulationLoop,
     SimulationSample, StableGains, StepResponse, Threshold, choose, stable_kh, worst_spectral_radius,
 };
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use nalgebra::DMatrix;
 use proptest::prelude::*;

@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{Sweep, SweepError};
 use cotouch_net::Route;
 use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;

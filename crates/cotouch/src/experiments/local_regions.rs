@@ -1,7 +1,7 @@
 //! (9) of Barbagli et al. 2003 and Figures 10, 11: for which gains a PI local model is stable.
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{PiLocalModel, SimulationLoop, StableGains};
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use serde_json::{Value as Json, json};
 

@@ -1,9 +1,9 @@
 //! Figures 7–9 of Barbagli et al. 2003 and (4), (5): what a proportional local model on a slow spring does.
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{
     Hand, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
 };
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 use serde_json::json;

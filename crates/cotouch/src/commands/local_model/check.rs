@@ -5,7 +5,7 @@ use cotouch_analysis::local_model::{
 };
 use std::fmt::Write as _;
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use serde::Serialize;
 
 use super::words::{gain, how_it_is_closed, radius};
