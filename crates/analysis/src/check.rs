@@ -313,8 +313,8 @@ mod tests {
     use nalgebra::DMatrix;
 
     use super::*;
-    use crate::linear::Linear;
     use crate::loop_spec::{Block, Delay, LINE, Signal, Term};
+    use cotouch_world::LinearBlock;
 
     /// A block that reads a force which was sampled `periods` network steps ago.
     fn block_on_force(periods: u32) -> LoopSpec {
@@ -331,7 +331,7 @@ mod tests {
         let line = spec.line(Line { host, from: host, part, signal: Signal::Force(pull), delay });
         let read = Term { component: 0, motion: Motion::Held(line), number: 0, gain: 1.0 };
         let input = Coupling { components: 1, terms: vec![read] };
-        let law = Linear::gain(DMatrix::from_element(1, 1, 1.0));
+        let law = LinearBlock::gain(DMatrix::from_element(1, 1, 1.0));
         let at_once = Delay::OnArrival { transit_ticks: 0 };
         spec.block(Block::sampled(spec.schedule, input, law, at_once));
         spec

@@ -65,7 +65,7 @@ pub(crate) struct Geometry {
 
 /// A force on a point, to first order.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Linear {
+pub(crate) struct LinearForce {
     /// J, N/m.
     position: DMat3,
     /// D, N·s/m.
@@ -76,7 +76,7 @@ pub(crate) struct Linear {
     force: DVec3,
 }
 
-impl Linear {
+impl LinearForce {
     /// A contact with a surface that is turned by `orientation` and whose body's centre is `arm` (m, world) from the
     /// sphere's centre; `force` acts on the sphere (N, world).
     pub(crate) fn contact(

@@ -21,4 +21,22 @@ impl LinearBlock {
     pub fn gain(d: DMatrix<f64>) -> Self {
         Self { a: DMatrix::zeros(0, 0), b: DMatrix::zeros(0, d.ncols()), c: DMatrix::zeros(d.nrows(), 0), d }
     }
+
+    /// n.
+    #[must_use]
+    pub fn states(&self) -> usize {
+        self.a.nrows()
+    }
+
+    /// m.
+    #[must_use]
+    pub fn inputs(&self) -> usize {
+        self.d.ncols()
+    }
+
+    /// p.
+    #[must_use]
+    pub fn outputs(&self) -> usize {
+        self.d.nrows()
+    }
 }

@@ -11,7 +11,6 @@ use glam::DQuat;
 use nalgebra::DMatrix;
 
 use crate::contact::{ChannelGains, couple_copies};
-use crate::linear::Linear;
 use crate::loop_spec::{Block, BlockId, BodyId, Coupling, Delay, Dof, LineId, LoopSpec, Motion, Term};
 
 /// The end of a channel at `host`, for translation or for rotation of one body.
@@ -152,10 +151,10 @@ impl ChannelEnd {
     }
 
     /// A block of one axis, for all of the channel's: numbers of one kind lie together.
-    fn along_all_axes(&self, block: &LinearBlock) -> Linear {
+    fn along_all_axes(&self, block: &LinearBlock) -> LinearBlock {
         let degrees = self.components().len();
         let each = DMatrix::identity(degrees, degrees);
         let along = |matrix: &DMatrix<f64>| matrix.kronecker(&each);
-        Linear { a: along(&block.a), b: along(&block.b), c: along(&block.c), d: along(&block.d) }
+        LinearBlock { a: along(&block.a), b: along(&block.b), c: along(&block.c), d: along(&block.d) }
     }
 }

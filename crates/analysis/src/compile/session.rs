@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotouch_scene::geometry::Pose;
+use cotouch_scene::mechanism::endpoint_inertia;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{
     Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
@@ -12,8 +13,7 @@ use cotouch_world::coordination::{self, Scheme, SchemeSize, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
 use super::channel::ChannelEnd;
-use super::endpoint_mass;
-use crate::contact::{ChannelGains, Gains, Geometry, Linear, couple_copies, damp};
+use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, damp};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
     Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
@@ -27,8 +27,26 @@ use crate::operating_point::{
 /// to nanoseconds.
 const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
+/// The loop of a scene about a given operating point, with exactly its contacts closed, all of them sticking.
+///
+/// Forces that depend on nothing do not enter, so the point need not be at rest by itself: only its poses, anchors and
+/// contact forces count.
+///
+/// # Panics
+/// When the operating point names hosts, bodies, fingers or walls that the scene does not have.
+#[must_use]
+pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
+    Session::new(scene, point).spec
+}
+
+/// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
+fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
+    let start = scene.users[host.index()].fingers[usize::from(finger)].position_m;
+    endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
+}
+
 /// A session that is being written down.
-pub(super) struct Session<'a> {
+struct Session<'a> {
     scene: &'a SceneValues,
     point: &'a OperatingPoint,
     bodies: Vec<cotouch_scene::scene::Body>,
@@ -45,11 +63,11 @@ struct Touch {
     user: HostIndex,
     finger: usize,
     body: usize,
-    law: Linear,
+    law: LinearForce,
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
+    fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
         let mut session = Self {
             scene,
             point,
@@ -81,10 +99,6 @@ impl<'a> Session<'a> {
             session.add_channel_blocks();
         }
         session
-    }
-
-    pub(super) fn into_spec(self) -> LoopSpec {
-        self.spec
     }
 
     /// A finger with its arm's and its tracking impedance, the governor's sampled damping, and what its sensor remembers.
@@ -200,7 +214,7 @@ impl<'a> Session<'a> {
         let mut touches = Vec::new();
         // Without a surface: coupled to the centre of the first body.
         if self.bodies.first().is_some_and(|body| !has_surface(&body.shape)) {
-            touches.push(Touch { user, finger, body: 0, law: Linear::bilateral(normal) });
+            touches.push(Touch { user, finger, body: 0, law: LinearForce::bilateral(normal) });
         }
         let here = |contact: &&FingerContact| {
             (contact.host, contact.user, usize::from(contact.finger)) == (host, user, finger)
@@ -220,7 +234,7 @@ impl<'a> Session<'a> {
         };
         let gains = gains(self.scene, contact.host, contact.user);
         let arm = contact.centre - pose.position;
-        let law = Linear::contact(&gains, &geometry, pose.orientation, arm, contact.force);
+        let law = LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force);
         Touch { user: contact.user, finger: usize::from(contact.finger), body, law }
     }
 
@@ -256,7 +270,7 @@ impl<'a> Session<'a> {
             let normal = walls[wall].normal.normalize();
             let flat = Geometry { normal, curvature: DMat3::ZERO, stretch: DVec3::ZERO };
             let arm = point.poses[host.index()][index].orientation * corner;
-            let law = Linear::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
+            let law = LinearForce::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
             let axes = self.spec.bodies[copy.0].axes;
             let mut on_body = Coupling::new(axes.len());
             law.on_own_point(&mut on_body, axes, (Motion::Current(copy), axes));

@@ -5,10 +5,11 @@ use std::collections::BTreeSet;
 use nalgebra::DMatrix;
 
 use super::error::DiagramError;
-use super::layout::Layout;
-use super::model::{Block, Diagram, Element, Law, Plant, Sampled, Wire};
+use super::layout::DiagramLayout;
+use super::model::{Diagram, DiagramBlock, Element, Law, Sampled, Wire};
 use super::order::{Emission, emissions};
-use super::timetable::Timetable;
+use super::timetable::DiagramTimetable;
+use crate::plant::Plant;
 
 /// States squared times instants: some seconds of work.
 const MAX_WORK: f64 = 1e9;
@@ -19,8 +20,8 @@ const STIFFEST: f64 = 1e6;
 /// A diagram whose shapes fit, with the times of all that happens.
 pub(crate) struct Checked<'a> {
     pub(crate) diagram: &'a Diagram,
-    pub(crate) timetable: Timetable,
-    pub(crate) layout: Layout,
+    pub(crate) timetable: DiagramTimetable,
+    pub(crate) layout: DiagramLayout,
     pub(crate) emissions: Vec<Emission>,
 }
 
@@ -28,13 +29,13 @@ impl<'a> Checked<'a> {
     pub(crate) fn new(diagram: &'a Diagram) -> Result<Self, DiagramError> {
         diagram.blocks.iter().try_for_each(check_block)?;
         diagram.wires.iter().try_for_each(|wire| check_wire(diagram, wire))?;
-        let timetable = Timetable::new(diagram)?;
+        let timetable = DiagramTimetable::new(diagram)?;
         check_delays(diagram, &timetable)?;
         check_stiffness(diagram, &timetable)?;
         let ages = |block| timetable.of(block).map_or(0, |instants| instants.used_at(0).unsigned_abs());
         let past: u64 = (0..diagram.blocks.len()).map(ages).fold(0, u64::saturating_add);
         check_work(usize::try_from(past).unwrap_or(usize::MAX), "samples on their way", 1)?;
-        let layout = Layout::new(diagram, &timetable);
+        let layout = DiagramLayout::new(diagram, &timetable);
         check_names(&layout.names)?;
         let emissions = emissions(diagram, &timetable)?;
         check_work(layout.names.len(), "states", emissions.len())?;
@@ -54,7 +55,7 @@ fn check_work(size: usize, what: &'static str, instants: usize) -> Result<(), Di
     Ok(())
 }
 
-fn check_block(block: &Block) -> Result<(), DiagramError> {
+fn check_block(block: &DiagramBlock) -> Result<(), DiagramError> {
     let name = &block.name;
     match &block.element {
         Element::Plant(Plant { a, b, c }) => {
@@ -142,7 +143,7 @@ fn check_wire(diagram: &Diagram, wire: &Wire) -> Result<(), DiagramError> {
     }
 }
 
-fn check_delays(diagram: &Diagram, timetable: &Timetable) -> Result<(), DiagramError> {
+fn check_delays(diagram: &Diagram, timetable: &DiagramTimetable) -> Result<(), DiagramError> {
     for (index, block) in diagram.blocks.iter().enumerate() {
         if let Some(instants) = timetable.of(index) {
             let count = instants.count(instants.period);
@@ -164,7 +165,7 @@ fn check_delays(diagram: &Diagram, timetable: &Timetable) -> Result<(), DiagramE
     Ok(())
 }
 
-fn check_stiffness(diagram: &Diagram, timetable: &Timetable) -> Result<(), DiagramError> {
+fn check_stiffness(diagram: &Diagram, timetable: &DiagramTimetable) -> Result<(), DiagramError> {
     let pattern_s = timetable.seconds(timetable.frame);
     for block in &diagram.blocks {
         if let Element::Plant(plant) = &block.element {

@@ -1,27 +1,13 @@
 //! The usual sampled blocks.
 
 use cotouch_scene::scene::SpringDamper;
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::clock::Clock;
-use super::model::{Law, Plant, Sampled};
+use super::model::{Law, Sampled};
 use super::time::Time;
-use crate::linear::Linear;
-use crate::loop_spec::{self, Estimate};
-
-impl From<&loop_spec::Plant> for Plant {
-    fn from(plant: &loop_spec::Plant) -> Self {
-        Self { a: plant.a.clone(), b: plant.b.clone(), c: plant.c.clone() }
-    }
-}
-
-impl Plant {
-    /// A mass on a spring and a damper to the ground: input force (N), states and outputs position (m) and velocity (m/s).
-    #[must_use]
-    pub fn mass(mass_kg: f64, to_ground: SpringDamper) -> Self {
-        Self::from(&loop_spec::Plant::mass(mass_kg, to_ground))
-    }
-}
+use crate::loop_spec::Estimate;
 
 impl Sampled {
     /// Any law, used at once.
@@ -41,14 +27,14 @@ impl Sampled {
 
     /// `y_k = C·x_k + D·u_k`, `x_{k+1} = A·x_k + B·u_k`.
     #[must_use]
-    pub fn linear(clock: Clock, linear: Linear) -> Self {
+    pub fn linear(clock: Clock, linear: LinearBlock) -> Self {
         Self::new(clock, Law::Linear(linear))
     }
 
     /// `y = D·u`, outputs × inputs.
     #[must_use]
     pub fn gain(clock: Clock, d: DMatrix<f64>) -> Self {
-        Self::linear(clock, Linear::gain(d))
+        Self::linear(clock, LinearBlock::gain(d))
     }
 
     /// Samples and holds (Fotoohi Ghiam 2006, (3.14)).
@@ -63,7 +49,7 @@ impl Sampled {
         Self::zero_order_hold(clock, channels).after(delay)
     }
 
-    /// Moves linearly from one sample to the next, one period late (paper §3.4).
+    /// Moves linearly from one sample to the next, one period late (Barbagli et al. 2003, §3.4).
     #[must_use]
     pub fn first_order_hold(clock: Clock, channels: usize) -> Self {
         Self::new(clock, Law::FirstOrderHold { channels })
@@ -91,7 +77,7 @@ impl Sampled {
             Estimate::Difference => (axes, 1.0),
             Estimate::Filtered { cutoff_rad_per_s } => (2 * axes, -(-cutoff_rad_per_s * period_s).exp_m1()),
         };
-        let mut law = Linear {
+        let mut law = LinearBlock {
             a: DMatrix::zeros(remembered, remembered),
             b: DMatrix::zeros(remembered, axes),
             c: DMatrix::zeros(2 * axes, remembered),
@@ -113,7 +99,7 @@ impl Sampled {
         Self::linear(clock, law)
     }
 
-    /// The weighted sum of the samples of each period of `clock`, put out at its end (paper §4, Step 3): as many evenly
+    /// The weighted sum of the samples of each period of `clock`, put out at its end (Barbagli et al. 2003, §4, Step 3): as many evenly
     /// spaced samples as there are weights, the first at the start of the period.
     #[must_use]
     pub fn average(clock: Clock, channels: usize, weights: Vec<f64>) -> Self {
@@ -127,19 +113,5 @@ impl Sampled {
     #[must_use]
     pub fn mean(clock: Clock, channels: usize, samples: u32) -> Self {
         Self::average(clock, channels, vec![f64::from(samples).recip(); samples as usize])
-    }
-
-    /// The first of `samples` evenly spaced samples of each period of `clock`, put out at its end.
-    #[must_use]
-    pub fn first(clock: Clock, channels: usize, samples: u32) -> Self {
-        let weight = |i| if i == 0 { 1.0 } else { 0.0 };
-        Self::average(clock, channels, (0..samples).map(weight).collect())
-    }
-
-    /// The last of `samples` evenly spaced samples of each period of `clock`, put out at its end.
-    #[must_use]
-    pub fn last(clock: Clock, channels: usize, samples: u32) -> Self {
-        let weight = |i| if i + 1 == samples { 1.0 } else { 0.0 };
-        Self::average(clock, channels, (0..samples).map(weight).collect())
     }
 }

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::model::Plant;
+use crate::plant::Plant;
 
 /// `x(t) = a·x(0) + level·u(0) + slope·u̇`, with `u(τ) = u(0) + u̇·τ`.
 #[derive(Clone, Debug)]

@@ -1,17 +1,18 @@
 //! Every [`LoopSpec`] as a diagram.
 
 use cotouch_scene::time::Schedule;
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::clock::Clock;
-use super::model::{Block, BlockId, Diagram, Element, Plant, Sampled};
+use super::model::{Diagram, DiagramBlock, DiagramBlockId, Element, Sampled};
 use super::time::Time;
 use crate::check::{SpecError, check};
 use crate::discretise::Step;
-use crate::linear::Linear;
 use crate::loop_spec::{
     self, Body, Coupling, Delay, Dynamics, Force, Hold, Line, LoopSpec, Motion, Signal, tick_of_step,
 };
+use crate::plant::Plant;
 
 impl LoopSpec {
     /// The same loop as a diagram, with the same names of states in the same order: [`LoopSpec::coordinates`].
@@ -29,13 +30,13 @@ struct Lowering<'a> {
     ticks: Clock,
     diagram: Diagram,
     /// What puts out each body's positions and velocities.
-    motions: Vec<BlockId>,
+    motions: Vec<DiagramBlockId>,
     /// What sums up and holds the force on each body.
-    forces: Vec<BlockId>,
-    lines: Vec<BlockId>,
-    blocks: Vec<BlockId>,
+    forces: Vec<DiagramBlockId>,
+    lines: Vec<DiagramBlockId>,
+    blocks: Vec<DiagramBlockId>,
     /// What is used of each block: the sum of what these put out.
-    used: Vec<Vec<BlockId>>,
+    used: Vec<Vec<DiagramBlockId>>,
 }
 
 impl<'a> Lowering<'a> {
@@ -80,9 +81,9 @@ impl<'a> Lowering<'a> {
     }
 
     /// Adds a body; gives what the force acts on.
-    fn body(&mut self, index: usize, body: &Body) -> BlockId {
+    fn body(&mut self, index: usize, body: &Body) -> DiagramBlockId {
         let name = format!("body {index}");
-        let named = |element: Element, states: &[_]| Block {
+        let named = |element: Element, states: &[_]| DiagramBlock {
             states: states.iter().map(ToString::to_string).collect(),
             outputs: (1..=element.outputs()).map(|output| format!("{name}.y{output}")).collect(),
             past_outputs: Vec::new(),
@@ -91,16 +92,16 @@ impl<'a> Lowering<'a> {
         };
         match &body.dynamics {
             Dynamics::Plant(plant) => {
-                let block = self.diagram.push(named(Element::Plant(Plant::from(plant)), &body.states));
+                let block = self.diagram.push(named(Element::Plant(plant.clone()), &body.states));
                 self.motions.push(block);
                 block
             }
             Dynamics::Sensed { plant, estimate } => {
-                let read = Plant { c: plant.c.rows(0, body.axes.len()).into_owned(), ..Plant::from(plant) };
+                let read = Plant { c: plant.c.rows(0, body.axes.len()).into_owned(), ..plant.clone() };
                 let (moving, remembered) = body.states.split_at(plant.a.nrows());
                 let moved = self.diagram.push(named(Element::Plant(read), moving));
                 let sensor = Sampled::velocity(self.ticks.clone(), body.axes.len(), *estimate);
-                let sensor = self.diagram.push(Block {
+                let sensor = self.diagram.push(DiagramBlock {
                     name: format!("sensor of {name}"),
                     ..named(Element::Sampled(sensor), remembered)
                 });
@@ -111,7 +112,7 @@ impl<'a> Lowering<'a> {
             Dynamics::Mass { .. } | Dynamics::Rigid { .. } => {
                 let Step { a, b, c } = Step::new(body, self.spec.schedule.control().period_s());
                 let d = DMatrix::zeros(c.nrows(), b.ncols());
-                let software = Sampled::linear(self.ticks.clone(), Linear { a, b, c, d });
+                let software = Sampled::linear(self.ticks.clone(), LinearBlock { a, b, c, d });
                 let block = self.diagram.push(named(Element::Sampled(software), &body.states));
                 self.motions.push(block);
                 block
@@ -119,14 +120,14 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn line(&mut self, index: usize, line: &Line) -> BlockId {
+    fn line(&mut self, index: usize, line: &Line) -> DiagramBlockId {
         let schedule = &self.spec.schedule;
         let quantities = self.spec.quantities(line);
         let name_of =
             |quantity| line.coordinate(quantity, 1).to_string().trim_end_matches(".age1").to_owned();
         let mut way = Sampled::zero_order_hold(clock(schedule, 1), quantities.len());
         way.delays = delays(schedule, line.delay, 1);
-        self.diagram.push(Block {
+        self.diagram.push(DiagramBlock {
             name: format!("line {index}"),
             states: Vec::new(),
             outputs: quantities.into_iter().map(name_of).collect(),
@@ -147,7 +148,7 @@ impl<'a> Lowering<'a> {
         let kept = block.delay.samples(&block.clock);
         let outputs = (1..=block.law.outputs()).map(|output| format!("{name}.y{output}")).collect();
         let past = |age: u32| block.outputs.iter().map(move |output| output.earlier(age).to_string());
-        let id = self.diagram.push(Block {
+        let id = self.diagram.push(DiagramBlock {
             states: block.states.iter().map(ToString::to_string).collect(),
             outputs,
             past_outputs: (0..kept).map(|age| past(age).collect()).collect(),
@@ -167,23 +168,24 @@ impl<'a> Lowering<'a> {
         &mut self,
         index: usize,
         block: &loop_spec::Block,
-        id: BlockId,
+        id: DiagramBlockId,
         states: Vec<String>,
-    ) -> Vec<BlockId> {
+    ) -> Vec<DiagramBlockId> {
         let (name, channels) = (format!("hold of block {index}"), block.law.outputs());
         let outputs = |name: &str| (1..=channels).map(|output| format!("{name}.y{output}")).collect();
         if block.clock.steps_per_pattern() == 1 {
             let hold = Sampled::first_order_hold(clock(&block.clock, 1), channels);
             let outputs = outputs(&name);
             let element = Element::Sampled(hold);
-            let hold = self.diagram.push(Block { name, states, outputs, past_outputs: Vec::new(), element });
+            let hold =
+                self.diagram.push(DiagramBlock { name, states, outputs, past_outputs: Vec::new(), element });
             self.diagram.connect(id, hold);
             return vec![hold];
         }
         // Periods of different lengths: at each tick shares of the output before and of the one in use.
         let mut before = Sampled::zero_order_hold(clock(&block.clock, 1), channels);
         before.delays = delays(&block.clock, Delay::periods(1), 1);
-        let before = self.diagram.push(Block {
+        let before = self.diagram.push(DiagramBlock {
             outputs: outputs(&name),
             name,
             states: Vec::new(),
@@ -196,7 +198,7 @@ impl<'a> Lowering<'a> {
         let shares: Vec<f64> = ticks.clone().map(|tick| share_of_period(&block.clock, tick)).collect();
         let offsets: Vec<Time> = ticks.map(|index| tick.times(index)).collect();
         let every_tick = Clock::cyclic(tick.times(block.clock.ticks_per_pattern()), offsets);
-        let mut share = |source: BlockId, shares: Vec<f64>, what: &str| {
+        let mut share = |source: DiagramBlockId, shares: Vec<f64>, what: &str| {
             let mut gain = Sampled::zero_order_hold(every_tick.clone(), channels);
             gain.weights = shares.into_iter().map(|share| vec![share]).collect();
             let gain = self.diagram.sampled(format!("{what} of block {index}"), gain);
@@ -233,8 +235,8 @@ impl<'a> Lowering<'a> {
         }
     }
 
-    fn wire_coupling(&mut self, coupling: &Coupling, to: BlockId) {
-        let mut sources: Vec<(BlockId, DMatrix<f64>)> = Vec::new();
+    fn wire_coupling(&mut self, coupling: &Coupling, to: DiagramBlockId) {
+        let mut sources: Vec<(DiagramBlockId, DMatrix<f64>)> = Vec::new();
         for term in &coupling.terms {
             let of_term = match term.motion {
                 Motion::Ground => &[],

@@ -1,27 +1,28 @@
 //! Blocks and wires.
 
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::clock::Clock;
 use super::time::Time;
-use crate::linear::Linear;
+use crate::plant::Plant;
 
 /// A block of a [`Diagram`], by its place in [`Diagram::blocks`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct BlockId(pub usize);
+pub struct DiagramBlockId(pub usize);
 
 /// Blocks and the wires between them.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Diagram {
     /// The blocks.
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<DiagramBlock>,
     /// The wires; several between the same two blocks add up.
     pub wires: Vec<Wire>,
 }
 
 /// A block with a name for everything that can become a number of the state.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub struct DiagramBlock {
     /// Used in errors.
     pub name: String,
     /// Its states' names.
@@ -38,21 +39,10 @@ pub struct Block {
 /// What a block does.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Element {
-    /// In continuous time.
+    /// In continuous time; its inputs come from sampled blocks, which hold them.
     Plant(Plant),
     /// At the instants of a clock.
     Sampled(Sampled),
-}
-
-/// `ẋ = A·x + B·u`, `y = C·x`. Its inputs come from sampled blocks, which hold them.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Plant {
-    /// n × n, 1/s.
-    pub a: DMatrix<f64>,
-    /// n × inputs.
-    pub b: DMatrix<f64>,
-    /// Outputs × n.
-    pub c: DMatrix<f64>,
 }
 
 /// Something that acts at the instants of a clock and holds its output in between.
@@ -76,7 +66,7 @@ pub struct Sampled {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Law {
     /// A linear difference equation.
-    Linear(Linear),
+    Linear(LinearBlock),
     /// Moves linearly from the sample of one period ago to the present one. The clock has one offset; the states are the
     /// samples of one period ago.
     FirstOrderHold {
@@ -89,9 +79,9 @@ pub enum Law {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Wire {
     /// Whose output.
-    pub from: BlockId,
+    pub from: DiagramBlockId,
     /// Whose input.
-    pub to: BlockId,
+    pub to: DiagramBlockId,
     /// Inputs of `to` × outputs of `from`.
     pub gain: DMatrix<f64>,
 }
@@ -104,42 +94,42 @@ impl Diagram {
     }
 
     /// Adds a plant; its states are called `<name>.x1`, `<name>.x2` and so on.
-    pub fn plant(&mut self, name: impl Into<String>, plant: Plant) -> BlockId {
+    pub fn plant(&mut self, name: impl Into<String>, plant: Plant) -> DiagramBlockId {
         self.add(name, Element::Plant(plant))
     }
 
     /// Adds a sampled block; its states are called `<name>.x1` and so on, its outputs `<name>.y1` and so on.
-    pub fn sampled(&mut self, name: impl Into<String>, sampled: Sampled) -> BlockId {
+    pub fn sampled(&mut self, name: impl Into<String>, sampled: Sampled) -> DiagramBlockId {
         self.add(name, Element::Sampled(sampled))
     }
 
     /// Adds a block of either kind, named in the same way.
-    pub fn add(&mut self, name: impl Into<String>, element: Element) -> BlockId {
+    pub fn add(&mut self, name: impl Into<String>, element: Element) -> DiagramBlockId {
         let name = name.into();
         let numbered =
             |letter: char, count: usize| (1..=count).map(|i| format!("{name}.{letter}{i}")).collect();
         let (states, outputs) = (numbered('x', element.states()), numbered('y', element.outputs()));
-        self.push(Block { name, states, outputs, past_outputs: Vec::new(), element })
+        self.push(DiagramBlock { name, states, outputs, past_outputs: Vec::new(), element })
     }
 
     /// Adds a block whose states and outputs have names of their own.
-    pub fn push(&mut self, block: Block) -> BlockId {
+    pub fn push(&mut self, block: DiagramBlock) -> DiagramBlockId {
         self.blocks.push(block);
-        BlockId(self.blocks.len() - 1)
+        DiagramBlockId(self.blocks.len() - 1)
     }
 
     /// Adds `gain` times the output of `from` to the input of `to`.
-    pub fn wire(&mut self, from: BlockId, to: BlockId, gain: DMatrix<f64>) {
+    pub fn wire(&mut self, from: DiagramBlockId, to: DiagramBlockId, gain: DMatrix<f64>) {
         self.wires.push(Wire { from, to, gain });
     }
 
     /// Adds the output of `from` to the input of `to`, number by number.
-    pub fn connect(&mut self, from: BlockId, to: BlockId) {
+    pub fn connect(&mut self, from: DiagramBlockId, to: DiagramBlockId) {
         self.connect_scaled(from, to, 1.0);
     }
 
     /// Adds `gain` times the output of `from` to the input of `to`, number by number.
-    pub fn connect_scaled(&mut self, from: BlockId, to: BlockId, gain: f64) {
+    pub fn connect_scaled(&mut self, from: DiagramBlockId, to: DiagramBlockId, gain: f64) {
         // Where the two numbers differ, the check says so.
         let outputs = self.blocks.get(from.0).map_or(0, |block| block.element.outputs());
         let gain = DMatrix::from_diagonal_element(outputs, outputs, gain);

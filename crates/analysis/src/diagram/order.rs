@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, HashMap};
 
 use super::error::DiagramError;
 use super::model::{Diagram, Element, Law, Sampled};
-use super::timetable::Timetable;
+use super::timetable::DiagramTimetable;
 
 /// What puts something out at an instant, each after everything that it depends on.
 #[derive(Clone, Debug)]
@@ -15,7 +15,10 @@ pub(crate) struct Emission {
 }
 
 /// All instants of a pattern at which something puts something out, in time order.
-pub(crate) fn emissions(diagram: &Diagram, timetable: &Timetable) -> Result<Vec<Emission>, DiagramError> {
+pub(crate) fn emissions(
+    diagram: &Diagram,
+    timetable: &DiagramTimetable,
+) -> Result<Vec<Emission>, DiagramError> {
     let mut acting: BTreeMap<i64, Vec<usize>> = BTreeMap::new();
     for block in 0..diagram.blocks.len() {
         if let Some(instants) = timetable.of(block) {

@@ -13,6 +13,7 @@
 //! and s, that is summed up in the same way; the block that gathers it takes it at the start of that period, for its output is
 //! used after the end.
 
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::check::Checked;
@@ -21,7 +22,6 @@ use super::held_plant::HeldPlant;
 use super::layout::moves;
 use super::model::{Element, Law, Sampled};
 use super::timetable::Instants;
-use crate::linear::Linear;
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> {
@@ -182,7 +182,7 @@ impl<'a> Part<'a> {
         let weight: f64 = instants.samples(0).map(|(_, weight)| weight).sum();
         let input = self.sums[index].pop().unwrap_or_else(|| self.input(index) * weight);
         let (next, output) = match &sampled.law {
-            Law::Linear(Linear { a, b, c, d }) => (a * &own + b * &input, c * &own + d * &input),
+            Law::Linear(LinearBlock { a, b, c, d }) => (a * &own + b * &input, c * &own + d * &input),
             Law::FirstOrderHold { .. } => {
                 let slope = (&input - &own) / sampled.clock.period.seconds();
                 (input, stacked(&own, &slope))

@@ -15,14 +15,15 @@
 
 use std::collections::HashMap;
 
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::check::Checked;
 use super::error::DiagramError;
 use super::held_plant::HeldPlant;
 use super::layout::moves;
-use super::model::{Element, Law, Plant, Sampled};
-use crate::linear::Linear;
+use super::model::{Element, Law, Sampled};
+use crate::plant::Plant;
 
 /// Numbers of y, squared, times those of y and z: some seconds of work, and less than a gigabyte.
 const MAX_WORK: f64 = 1e11;
@@ -255,7 +256,7 @@ impl<'a> Stack<'a> {
         })
     }
 
-    fn lifted_linear(&mut self, block: usize, law: &Linear) -> Lifted {
+    fn lifted_linear(&mut self, block: usize, law: &LinearBlock) -> Lifted {
         let timetable = &self.checked.timetable;
         let mut states = self.own_states(block);
         let mut outputs = Vec::new();

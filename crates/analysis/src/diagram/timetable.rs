@@ -9,7 +9,7 @@ const MAX_INSTANTS: u64 = 1_000_000;
 
 /// When everything happens.
 #[derive(Clone, Debug)]
-pub(crate) struct Timetable {
+pub(crate) struct DiagramTimetable {
     base: Time,
     /// The pattern, in ticks.
     pub(crate) frame: i64,
@@ -85,7 +85,7 @@ impl Instants {
     }
 }
 
-impl Timetable {
+impl DiagramTimetable {
     pub(crate) fn new(diagram: &Diagram) -> Result<Self, DiagramError> {
         let clocks: Vec<_> = diagram
             .blocks

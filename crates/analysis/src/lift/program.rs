@@ -1,7 +1,8 @@
 //! A pattern's program: every name of a loop resolved to a place.
 
+use cotouch_world::LinearBlock;
+
 use crate::discretise::Step;
-use crate::linear::Linear;
 use crate::loop_spec::{Body, Coupling, Force, Hold, LoopSpec, Motion, Signal};
 
 use super::layout::Layout;
@@ -97,7 +98,7 @@ impl Ring {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct PlacedBlock {
     pub(super) inputs: Vec<Sum>,
-    pub(super) law: Linear,
+    pub(super) law: LinearBlock,
     /// Its first row among the rows of all blocks' states, and its first place in the state.
     pub(super) state: usize,
     pub(super) place: usize,

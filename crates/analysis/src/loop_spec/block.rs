@@ -2,10 +2,10 @@
 
 use cotouch_scene::names::Coordinate;
 use cotouch_scene::time::Schedule;
+use cotouch_world::LinearBlock;
 
 use super::coupling::Coupling;
 use super::delay::Delay;
-use crate::linear::Linear;
 
 /// A sampled linear system with a clock of its own: a filter, a local model, a slowly simulated body.
 ///
@@ -25,7 +25,7 @@ pub struct Block {
     /// For step j, at `j mod` their number: w, one element a tick from the step's own on. None reaches the next step.
     pub weights: Vec<Vec<f64>>,
     /// From input to output.
-    pub law: Linear,
+    pub law: LinearBlock,
     /// When an output is used: where it depends on an input that is gathered over several ticks, after the last of them.
     pub delay: Delay,
     /// What is used between two outputs.
@@ -44,20 +44,18 @@ pub enum Hold {
 impl Block {
     /// A block whose input is sampled once a step.
     #[must_use]
-    pub fn sampled(clock: Schedule, input: Coupling, law: Linear, delay: Delay) -> Self {
+    pub fn sampled(clock: Schedule, input: Coupling, law: LinearBlock, delay: Delay) -> Self {
         let (states, outputs, weights) = (Vec::new(), Vec::new(), vec![vec![1.0]]);
         Self { states, outputs, clock, input, weights, law, delay, hold: Hold::Zero }
     }
 
     /// The weights of a step's input.
-    #[must_use]
-    pub fn weights_of_step(&self, step: i64) -> &[f64] {
+    pub(crate) fn weights_of_step(&self, step: i64) -> &[f64] {
         &self.weights[step.rem_euclid(self.weights.len() as i64) as usize]
     }
 
     /// How many outputs are used, held or on their way just before time 0: those of ages 1 to this number.
-    #[must_use]
-    pub fn past_outputs(&self) -> u32 {
+    pub(crate) fn past_outputs(&self) -> u32 {
         self.delay.samples(&self.clock) + u32::from(self.hold == Hold::First)
     }
 

@@ -4,7 +4,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};
 
-use super::{Found, is_stable};
+use super::found::{Found, is_stable};
 use crate::loop_spec::{Delay, Line, LoopSpec};
 use crate::modes::contact_modes;
 use crate::poles::analyze_loop;

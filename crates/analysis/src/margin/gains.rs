@@ -4,7 +4,7 @@ use cotouch_scene::Scene;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use super::{GainMargin, go_on};
+use super::found::{GainMargin, go_on};
 use crate::crossing::crossing;
 use crate::evaluator::Evaluator;
 use crate::gains::{Gain, acting_gains};

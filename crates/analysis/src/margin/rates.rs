@@ -3,7 +3,7 @@
 use cotouch_scene::Scene;
 use cotouch_scene::time::Rate;
 
-use super::{RateMargin, is_stable};
+use super::found::{RateMargin, is_stable};
 use crate::sweep::SweepError;
 
 /// Network periods of more ticks are not tried.

@@ -5,8 +5,8 @@ use nalgebra::{Complex, DMatrix};
 
 use super::pressed::Pressed;
 use super::touched::Touched;
-use crate::linear::Linear;
 use crate::loop_spec::{Block, BlockId, BodyId, Coupling, Delay, Hold, LoopSpec, Motion, Term};
+use cotouch_world::LinearBlock;
 
 /// The loop.
 pub(super) fn closed_loop(of: Touched<'_>, pressed: &Pressed) -> LoopSpec {
@@ -34,7 +34,7 @@ struct Position {
 
 impl Session<'_> {
     /// What a host computes, and its forces on its own fingers.
-    fn add_host(&mut self, host: HostIndex, law: &Linear) {
+    fn add_host(&mut self, host: HostIndex, law: &LinearBlock) {
         let own = self.own_contacts(host);
         if own.is_empty() {
             return;
@@ -64,7 +64,7 @@ impl Session<'_> {
     }
 
     /// What the host's own fingers feel, of all fingers' positions.
-    fn add_felt(&mut self, host: HostIndex, law: &Linear, positions: &[Position]) -> BlockId {
+    fn add_felt(&mut self, host: HostIndex, law: &LinearBlock, positions: &[Position]) -> BlockId {
         let mut input = Coupling::new(positions.len());
         for (component, &Position { motion, number, .. }) in positions.iter().enumerate() {
             input.terms.push(Term { component, motion, number, gain: 1.0 });
@@ -115,7 +115,7 @@ impl Session<'_> {
         let slots = own.iter().map(|&contact| self.of.touching[contact].0 as u8);
         let name = |slot, axis| Coordinate::Surface { host, slot, axis, age: 1 };
         let outputs = slots.flat_map(|slot| Axis::ALL.map(|axis| name(slot, axis))).collect();
-        let law = Linear::gain(DMatrix::identity(rows, rows));
+        let law = LinearBlock::gain(DMatrix::identity(rows, rows));
         let hold = Hold::First;
         self.of.spec.block(Block { outputs, hold, ..Block::sampled(self.of.slow, input, law, Delay::NONE) })
     }
@@ -131,8 +131,12 @@ impl Session<'_> {
         let (host, first) =
             self.pressed.felt.first().map_or((HostIndex::FIRST, 0), |(host, law)| (*host, law.states()));
         let names = (first as u32..).map(|index| Coordinate::SoftBody { host, index });
-        let law =
-            Linear { a, b: DMatrix::zeros(states, 0), c: DMatrix::zeros(0, states), d: DMatrix::zeros(0, 0) };
+        let law = LinearBlock {
+            a,
+            b: DMatrix::zeros(states, 0),
+            c: DMatrix::zeros(0, states),
+            d: DMatrix::zeros(0, 0),
+        };
         self.of.spec.block(Block {
             states: names.take(states).collect(),
             ..Block::sampled(self.of.slow, Coupling::new(0), law, Delay::NONE)

@@ -7,8 +7,6 @@ use cotouch_world::local::{LawClock, LawState, LocalGains, SoftContactModel, Sti
 use glam::DVec3;
 use nalgebra::DMatrix;
 
-use crate::linear::Linear;
-
 /// A law of all contacts of a host. With m contacts, the error `e` has three numbers a contact, surface minus finger along the
 /// axes of the world, and forces act on fingers.
 pub(super) struct HostLaw {
@@ -17,7 +15,7 @@ pub(super) struct HostLaw {
     /// Whether these forces are those of the first tick of a slow period.
     pub(super) held: bool,
     /// What has a state: from e, gathered at every tick with these weights, to forces on fingers.
-    pub(super) state: Option<(Linear, Vec<Vec<f64>>)>,
+    pub(super) state: Option<(LinearBlock, Vec<Vec<f64>>)>,
     /// What the numbers of that state are, the same for every contact.
     pub(super) names: &'static [LawState],
 }
@@ -50,7 +48,7 @@ impl HostLaw {
         let without_direct = DMatrix::zeros(d.nrows(), d.ncols());
         Self {
             held: law.clock() == LawClock::SlowPeriod,
-            state: (a.nrows() > 0).then_some((Linear { a, b, c, d: without_direct }, weights)),
+            state: (a.nrows() > 0).then_some((LinearBlock { a, b, c, d: without_direct }, weights)),
             direct: d,
             names: law.states(),
         }

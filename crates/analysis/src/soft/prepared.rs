@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use super::contacts::{Anchor, anchors};
 use super::error::SoftAnalysisError;
-use super::reduction::by_krylov;
+use super::reduction::{IMPERCEPTIBLE, NEGLIGIBLE, by_krylov};
 use super::slow_body::SlowBody;
 use crate::loop_spec::Body;
 
@@ -86,6 +86,7 @@ impl Prepared {
         let compliance = body.compliance(&points).ok_or(SoftAnalysisError::NoCompliance)?;
         let linear = at_rest(&*body)?;
         let (body, converged) = by_krylov(&linear, &points);
+        let body = body.balanced(IMPERCEPTIBLE);
         Ok(Self { key, anchors, compliance, linear, body, converged, seen: Mutex::default() })
     }
 
@@ -94,7 +95,7 @@ impl Prepared {
         if let Some(known) = lock().get(fingers) {
             return known.clone();
         }
-        let body = self.body.seen_from(fingers).balanced();
+        let body = self.body.seen_from(fingers).balanced(NEGLIGIBLE);
         lock().insert(fingers.to_vec(), body.clone());
         body
     }

@@ -17,11 +17,11 @@ use cotouch_scene::scene::SurfaceHold;
 use nalgebra::{Complex, DMatrix};
 
 use super::local_laws::ticks_of_periods;
-use super::reduction::Reachable;
+use super::reduction::{IMPERCEPTIBLE, Reachable};
 use super::touched::{Touched, returned_force};
 use crate::eigenvalues::{eigenvalues, spectral_radius};
-use crate::linear::Linear;
 use crate::loop_spec::Hold;
+use cotouch_world::LinearBlock;
 
 /// The bodies of a session's hosts while fingers press on them.
 pub(super) struct Pressed {
@@ -32,16 +32,13 @@ pub(super) struct Pressed {
     /// How each part of the output is held.
     pub(super) holds: Vec<Hold>,
     /// Of each host: from the inputs to the parts of the forces on its own fingers that touch (three numbers a finger each).
-    pub(super) felt: Vec<(HostIndex, Linear)>,
+    pub(super) felt: Vec<(HostIndex, LinearBlock)>,
     /// The largest eigenvalue of what at some host no own finger feels.
     pub(super) unfelt: Option<Complex<f64>>,
     /// K_e where forces follow fingers at every tick, N/m.
     pub(super) direct: Option<DMatrix<f64>>,
 }
 
-/// Hankel singular values below this share of the largest are left out: fingers cannot tell. Less than of a body alone, for
-/// what is left out here is in a loop with every host's hands.
-const IMPERCEPTIBLE: f64 = 1e-15;
 /// Eigenvalues that are this near to each other, relative to the largest, may be the same.
 const NEAR: f64 = 1e-6;
 /// Where a body grows, it is weighed as if its largest eigenvalue had this absolute value.
@@ -62,7 +59,7 @@ impl Pressed {
         let system = System::new(of, share_of_way(of, &weights)?);
         let all = eigenvalues(&system.a).ok()?;
         let felt = system.felt(of, (spectral_radius(&all) / INSIDE).max(1.0))?;
-        let eigenvalues_of = |(_, law): &(HostIndex, Linear)| eigenvalues(&law.a).ok();
+        let eigenvalues_of = |(_, law): &(HostIndex, LinearBlock)| eigenvalues(&law.a).ok();
         let of_felt = felt.iter().map(eigenvalues_of).collect::<Option<Vec<_>>>()?;
         let unfelt = of_felt.into_iter().filter_map(|others| largest_missing(&all, others));
         Some(Self {
@@ -197,7 +194,7 @@ impl System {
     }
 
     /// What each host feels; a `growth` above the spectral radius makes sense of a system that grows.
-    fn felt(&self, of: &Touched<'_>, growth: f64) -> Option<Vec<(HostIndex, Linear)>> {
+    fn felt(&self, of: &Touched<'_>, growth: f64) -> Option<Vec<(HostIndex, LinearBlock)>> {
         let reachable = (!self.inputs.is_empty()).then(|| Reachable::new(&self.a, &self.b, growth));
         let by = |&host: &HostIndex| {
             let rows = own_rows(of, host);
@@ -205,7 +202,7 @@ impl System {
                 Some(system) => {
                     system.balanced(&stacked(&self.c, &rows), &stacked(&self.d, &rows), IMPERCEPTIBLE)?
                 }
-                None => Linear::gain(DMatrix::zeros(self.c.len() * rows.len(), self.inputs.len())),
+                None => LinearBlock::gain(DMatrix::zeros(self.c.len() * rows.len(), self.inputs.len())),
             };
             Some((host, law))
         };
@@ -214,7 +211,7 @@ impl System {
 }
 
 /// The state and the input, side by side, a period on, with the forces on the body `pressing` as they follow from these.
-fn next(body: &Linear, places: &Places, pressing: &DMatrix<f64>) -> DMatrix<f64> {
+fn next(body: &LinearBlock, places: &Places, pressing: &DMatrix<f64>) -> DMatrix<f64> {
     let Places { rows, surfaces, forces, .. } = *places;
     let mut next = DMatrix::zeros(places.size(), pressing.ncols());
     let mut put = |row: usize, of_pressing: DMatrix<f64>, of_states: Option<&DMatrix<f64>>| {

@@ -1,11 +1,11 @@
 //! Bodies and loops in fewer coordinates that nobody outside can tell from the whole.
 
 use cotouch_soft::{LinearBody, MaterialPoint};
+use cotouch_world::LinearBlock;
 use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::slow_body::SlowBody;
-use crate::linear::Linear;
 
 /// Krylov blocks that are tried first, and by how many more each time.
 const MIN_BLOCKS: usize = 4;
@@ -16,8 +16,10 @@ const MAX_BLOCKS: usize = 32;
 const ALIKE: f64 = 1e-11;
 /// Periods after an impulse that are compared.
 const COMPARED_PERIODS: usize = 96;
-/// Hankel singular values below this share of the compliance are left out: contacts cannot tell.
-const NEGLIGIBLE: f64 = 1e-13;
+/// Hankel singular values below this share of the largest (of a body, of its compliance) are left out: nobody can tell.
+pub(super) const NEGLIGIBLE: f64 = 1e-13;
+/// The same of what is in a loop with more that is left out.
+pub(super) const IMPERCEPTIBLE: f64 = 1e-15;
 /// Powers of two of the step that are summed: more periods than a session has.
 const MAX_DOUBLINGS: usize = 40;
 
@@ -47,12 +49,12 @@ fn are_alike(one: &SlowBody, other: &SlowBody) -> bool {
 impl SlowBody {
     /// The body in its balanced coordinates: what its contacts do differs by at most twice the sum of what is left out
     /// (Glover 1984), in m/N. `d` is kept exactly.
-    pub(crate) fn balanced(&self) -> Self {
-        let Linear { a, b, c, d } = &self.law;
+    pub(crate) fn balanced(&self, negligible: f64) -> Self {
+        let LinearBlock { a, b, c, d } = &self.law;
         if self.law.states() == 0 || self.contacts() == 0 {
             return Self { shown: None, ..self.clone() };
         }
-        match Reachable::new(a, b, 1.0).balanced(c, d, NEGLIGIBLE) {
+        match Reachable::new(a, b, 1.0).balanced(c, d, negligible) {
             Some(law) => Self { law, shown: None },
             None => self.clone(),
         }
@@ -80,7 +82,12 @@ impl<'a> Reachable<'a> {
 
     /// The system with the outputs `c·x + d·u` in its balanced coordinates (Moore 1981), without those whose Hankel singular
     /// values are below the share `negligible` of the largest, or of `d`; nothing where these values are not found.
-    pub(super) fn balanced(&self, c: &DMatrix<f64>, d: &DMatrix<f64>, negligible: f64) -> Option<Linear> {
+    pub(super) fn balanced(
+        &self,
+        c: &DMatrix<f64>,
+        d: &DMatrix<f64>,
+        negligible: f64,
+    ) -> Option<LinearBlock> {
         let transposed: Vec<_> = self.powers.iter().map(DMatrix::transpose).collect();
         let seen = gramian_factor(&transposed, &c.transpose());
         let (u, values, v) = singular_values(&(seen.transpose() * &self.factor))?;
@@ -92,7 +99,7 @@ impl<'a> Reachable<'a> {
             })
         };
         let (right, left) = (scale(&self.factor * v), scale(seen * u).transpose());
-        Some(Linear { a: &left * self.a * &right, b: &left * self.b, c: c * &right, d: d.clone() })
+        Some(LinearBlock { a: &left * self.a * &right, b: &left * self.b, c: c * &right, d: d.clone() })
     }
 }
 
@@ -128,7 +135,12 @@ fn compressed(factor: DMatrix<f64>) -> DMatrix<f64> {
     if factor.ncols() <= factor.nrows() {
         return factor;
     }
-    factor.transpose().qr().r().transpose()
+    let transposed = Mat::from_fn(factor.ncols(), factor.nrows(), |row, column| factor[(column, row)]);
+    let qr = transposed.qr();
+    let triangle = qr.thin_R();
+    DMatrix::from_fn(triangle.ncols(), triangle.nrows(), |row, column| {
+        if row < column { 0.0 } else { triangle[(column, row)] }
+    })
 }
 
 /// U, the singular values from the largest on, and V.

@@ -3,14 +3,14 @@
 use cotouch_soft::{LinearBody, MaterialPoint, ReducedBody};
 use nalgebra::{DMatrix, SymmetricEigen};
 
-use crate::linear::Linear;
+use cotouch_world::LinearBlock;
 
 /// A body over a slow period: the input is the forces on m contacts (3m, N), the output how far the contacts are from where
 /// they were about which the body is linear, after the step (3m, m).
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct SlowBody {
     /// n states, 3m inputs and outputs.
-    pub(crate) law: Linear,
+    pub(crate) law: LinearBlock,
     /// `y = shown·z` at any time, where the state says where the contacts are. 3m × n.
     pub(crate) shown: Option<DMatrix<f64>>,
 }
@@ -23,7 +23,7 @@ pub struct SingularStep(pub usize);
 impl SlowBody {
     /// A body that springs to where its forces balance, with the joint compliance `w` (m/N) of its contacts.
     pub(crate) fn quasi_static(w: DMatrix<f64>) -> Self {
-        Self { law: Linear::gain(w), shown: None }
+        Self { law: LinearBlock::gain(w), shown: None }
     }
 
     /// The exact step of all coordinates: displacements, then velocities of the free coordinates.
@@ -70,7 +70,7 @@ impl SlowBody {
         shown.columns_mut(0, size).copy_from(jacobian);
         let (a, b) = (next.columns(0, 2 * size).into_owned(), next.columns(2 * size, contacts).into_owned());
         let (c, d) = (&shown * &a, &shown * &b);
-        Self { law: Linear { a, b, c, d }, shown: Some(shown) }
+        Self { law: LinearBlock { a, b, c, d }, shown: Some(shown) }
     }
 
     /// Of a body in few coordinates: its modes, each by itself.
@@ -102,9 +102,9 @@ impl SlowBody {
     /// The same body seen from some of its contacts only.
     pub(crate) fn seen_from(&self, contacts: &[usize]) -> Self {
         let places: Vec<usize> = contacts.iter().flat_map(|contact| 3 * contact..3 * contact + 3).collect();
-        let Linear { a, b, c, d } = &self.law;
+        let LinearBlock { a, b, c, d } = &self.law;
         Self {
-            law: Linear {
+            law: LinearBlock {
                 a: a.clone(),
                 b: b.select_columns(&places),
                 c: c.select_rows(&places),
@@ -116,7 +116,7 @@ impl SlowBody {
 
     /// How the contacts are displaced, period after period, after a unit force in the first one: `d`, `c·b`, `c·a·b`, …
     pub(crate) fn impulse_response(&self, periods: usize) -> Vec<DMatrix<f64>> {
-        let Linear { a, b, c, d } = &self.law;
+        let LinearBlock { a, b, c, d } = &self.law;
         let mut response = vec![d.clone()];
         let mut state = b.clone();
         for _ in 1..periods {

@@ -3,12 +3,12 @@
 use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Schedule;
+use cotouch_world::LinearBlock;
 use cotouch_world::local::LawState;
 use nalgebra::DMatrix;
 
 use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
-use crate::linear::Linear;
 use crate::loop_spec::{
     Action, Block, BlockId, BodyId, Coupling, Delay, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
@@ -212,7 +212,7 @@ impl Session<'_> {
         if self.of.law.held {
             let mut error = Coupling::new(rows);
             (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
-            let law = Linear::gain(self.of.law.direct.clone());
+            let law = LinearBlock::gain(self.of.law.direct.clone());
             self.of.spec.block(Block::sampled(slow, error, law, Delay::NONE));
         }
         let mut pressing = Coupling::new(rows);
@@ -227,7 +227,7 @@ impl Session<'_> {
         let (law, delay, age) = match shown {
             Some(shown) => {
                 let d = DMatrix::zeros(rows, rows);
-                (Linear { c: shown.clone(), d, ..law.clone() }, later(false), 2)
+                (LinearBlock { c: shown.clone(), d, ..law.clone() }, later(false), 2)
             }
             None => (law.clone(), later(true), 1),
         };
@@ -242,7 +242,7 @@ impl Session<'_> {
             ..Block::sampled(slow, pressing.clone(), law, delay)
         });
         if self.of.reads_stepped_forces() {
-            let law = Linear::gain(DMatrix::identity(rows, rows));
+            let law = LinearBlock::gain(DMatrix::identity(rows, rows));
             self.of.spec.block(Block {
                 outputs: of_contacts(&|slot, axis| Coordinate::SteppedForce { host, slot, axis, age: 1 }),
                 weights,

@@ -105,3 +105,12 @@ fn corners_at_first_wall(scene: &SceneValues) -> usize {
     };
     (0..settled.leans.len()).map(at).find(|&corners| corners > 0).unwrap_or(1)
 }
+
+/// Of one user; all have as many.
+pub(super) fn fingers(scene: &SceneValues) -> f64 {
+    scene.users.first().map_or(1.0, |user| user.fingers.len() as f64)
+}
+
+pub(super) fn ideal_stiffness(line: &SceneValues) -> f64 {
+    line.wall.stiffness_n_per_m + fingers(line) * line.hand.stiffness_n_per_m
+}

@@ -6,8 +6,9 @@ use glam::{DQuat, DVec3};
 use nalgebra::Matrix3;
 use serde::Serialize;
 
+use super::error::TransparencyError;
 use super::one_line::OneLine;
-use super::{Compensated, TransparencyError};
+use super::viscous::Compensated;
 use crate::operating_point::has_surface;
 
 /// About one axis, by the simplified model.

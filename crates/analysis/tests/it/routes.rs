@@ -1,12 +1,13 @@
 //! Three routes, one map.
 
-use cotouch_analysis::compile::compile;
+use cotouch_analysis::compile;
 use cotouch_analysis::diagram::{
-    BlockId, Clock, Diagram, DiagramError, DiagramMap, Element, Law, Linear, Plant, Route, Sampled, Time,
+    Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, Plant, Route, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::{Estimate, LoopSpec};
 use cotouch_scene::scene::{Architecture, PlayOut, Scene, VelocityEstimate};
 use cotouch_testkit::scenes::{any_scene, edited, grasp, spring, with_ratio};
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -153,7 +154,7 @@ impl Node {
 
     fn element(&self, nested: bool) -> Element {
         let (clock, numbers) = (self.clock(nested), &self.numbers);
-        let linear = |a, b, c, d| Sampled::linear(clock.clone(), Linear { a, b, c, d });
+        let linear = |a, b, c, d| Sampled::linear(clock.clone(), LinearBlock { a, b, c, d });
         let sampled = match self.kind {
             0 | 1 => return Element::Plant(self.plant()),
             2 => Sampled::zero_order_hold(clock, 2),
@@ -205,7 +206,7 @@ impl Recipe {
         }
         let count = diagram.blocks.len();
         for &(from, to, numbers) in &self.wires {
-            let (from, to) = (BlockId(from % count), BlockId(to % count));
+            let (from, to) = (DiagramBlockId(from % count), DiagramBlockId(to % count));
             let shape = (diagram.blocks[to.0].element.inputs(), diagram.blocks[from.0].element.outputs());
             let mut gain = matrix(shape.0, shape.1, &numbers) * 0.5;
             if diagram.blocks[from.0].name.starts_with("velocity") {
@@ -333,10 +334,10 @@ proptest! {
     fn the_order_of_blocks_changes_only_the_order(recipe in any_recipe(any::<bool>()), by in 1usize..6) {
         let diagram = recipe.diagram();
         let count = diagram.blocks.len();
-        let moved = |BlockId(index): BlockId| BlockId(count - 1 - (index + by) % count);
+        let moved = |DiagramBlockId(index): DiagramBlockId| DiagramBlockId(count - 1 - (index + by) % count);
         let mut reordered = diagram.clone();
         for (index, block) in diagram.blocks.iter().enumerate() {
-            reordered.blocks[moved(BlockId(index)).0] = block.clone();
+            reordered.blocks[moved(DiagramBlockId(index)).0] = block.clone();
         }
         for wire in &mut reordered.wires {
             (wire.from, wire.to) = (moved(wire.from), moved(wire.to));

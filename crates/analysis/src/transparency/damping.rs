@@ -1,0 +1,90 @@
+//! The damping that held data add.
+
+use cotouch_scene::Scene;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Architecture, SceneValues};
+use serde::Serialize;
+
+use super::error::TransparencyError;
+use super::one_line::{OneLine, Reduction, fingers};
+use super::turning::{self, TurningDamping};
+use super::viscous::Compensated;
+
+/// What held data add to the damping that a user feels; serialises to the document of `cotouch analyze damping`.
+///
+/// Dampers to the ground that the scene has (`hand`, `object`, `governor`) are in it. In free motion, whatever walls the
+/// scene has. A damping is `None` where a spring ties the hand to the ground, so that no force keeps it moving, and where
+/// the loop outgrows floating point. It is a limit of (6.1), which an unstable loop has too without ever coming there.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct AddedDamping {
+    /// Who moves the object.
+    pub user: String,
+    /// (6.2) of the whole model: that user moving, the others absent, V at the network instants.
+    pub damping_n_s_per_m: Option<f64>,
+    /// (6.2) of the model of Fig 6.3: no hands, the force acts on every copy.
+    pub simplified_damping_n_s_per_m: Option<f64>,
+    /// As the first, with the mean velocity instead of that at the network instants: what a slow hand feels.
+    pub mean_damping_n_s_per_m: Option<f64>,
+    /// What the scene's own dampers to the ground (`hand`, `governor`, `object` on every copy) come to, when all moves as
+    /// one: part of the above.
+    pub dampers_of_scene_n_s_per_m: f64,
+    /// Of the session with all hands on the object: the real pole nearest 1 that is not 1 by structure.
+    pub drag_pole: Option<f64>,
+    /// `object.damping_n_s_per_m` that cancels the simplified damping, as Fotoohi Ghiam 2006 proposes: it is on every
+    /// copy.
+    pub compensation_n_s_per_m: Option<f64>,
+    /// The first damping, with that compensation.
+    pub damping_if_compensated_n_s_per_m: Option<f64>,
+    /// The drag pole with that compensation.
+    pub drag_pole_if_compensated: Option<f64>,
+    /// Whether the session is stable with that compensation.
+    pub stable_if_compensated: Option<bool>,
+    /// Of turning, about each axis about which the first body turns.
+    pub turning: Vec<TurningDamping>,
+    /// Whether the scene was brought to one line.
+    pub reduction: Reduction,
+    /// What was left out or changed, and why there is no number, in plain sentences.
+    pub notes: Vec<String>,
+}
+
+/// What held data add to the damping that `user` feels, and what Fotoohi Ghiam's compensation does about it.
+///
+/// # Errors
+/// When there is no such user, the loop is too large, or the object is soft.
+pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, TransparencyError> {
+    if scene.soft.exists() {
+        return Err(TransparencyError::Soft);
+    }
+    let users = scene.session.users;
+    if user.index() >= usize::from(users) {
+        return Err(TransparencyError::User { found: u32::from(user.0) + 1, users });
+    }
+    let OneLine { scene: line, reduction, mut notes } = OneLine::free(scene);
+    let Compensated { before, compensation, after } = Compensated::of_session(&line, user)?;
+    notes.extend(before.why_none.map(str::to_owned));
+    Ok(AddedDamping {
+        user: scene.users[user.index()].name.clone(),
+        damping_n_s_per_m: before.damping,
+        simplified_damping_n_s_per_m: before.simplified,
+        mean_damping_n_s_per_m: before.mean_damping,
+        dampers_of_scene_n_s_per_m: dampers(&line),
+        drag_pole: before.drag_pole,
+        compensation_n_s_per_m: compensation,
+        damping_if_compensated_n_s_per_m: after.and_then(|after| after.damping),
+        drag_pole_if_compensated: after.and_then(|after| after.drag_pole),
+        stable_if_compensated: after.map(|after| after.stable),
+        turning: turning::about_axes(scene, user)?,
+        reduction,
+        notes,
+    })
+}
+
+/// To the ground, of one user's hand and all copies.
+fn dampers(line: &SceneValues) -> f64 {
+    let copies = match line.session.architecture {
+        Architecture::Centralized => 1.0,
+        Architecture::Distributed => f64::from(line.session.users),
+    };
+    fingers(line) * (line.hand.damping_n_s_per_m + line.governor.damping_n_s_per_m)
+        + copies * (line.object.damping_n_s_per_m + line.object.axis_damping_n_s_per_m.x)
+}

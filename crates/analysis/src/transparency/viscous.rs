@@ -1,0 +1,75 @@
+//! How a loop brakes, with and without Fotoohi Ghiam's compensation.
+
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::SceneValues;
+
+use super::alone::Held;
+use super::drift::{Drift, drift};
+use super::error::TransparencyError;
+use crate::loop_spec::LoopSpec;
+use crate::poles::analyze_loop;
+
+/// A scene on a line, in free motion, with and without compensation.
+pub(super) struct Compensated {
+    pub(super) before: Viscous,
+    /// N·s/m, of every copy.
+    pub(super) compensation: Option<f64>,
+    pub(super) after: Option<Viscous>,
+}
+
+/// How a scene on a line brakes.
+#[derive(Clone, Copy)]
+pub(super) struct Viscous {
+    pub(super) damping: Option<f64>,
+    pub(super) mean_damping: Option<f64>,
+    pub(super) simplified: Option<f64>,
+    pub(super) drag_pole: Option<f64>,
+    pub(super) stable: bool,
+    pub(super) why_none: Option<&'static str>,
+}
+
+impl Compensated {
+    /// With hands.
+    pub(super) fn of_session(line: &SceneValues, user: HostIndex) -> Result<Self, TransparencyError> {
+        Self::new(line, &|line| Viscous::new(&spec(line), Some(user), user))
+    }
+
+    /// Copies that nobody holds.
+    pub(super) fn of_copies(line: &SceneValues, user: HostIndex) -> Result<Self, TransparencyError> {
+        Self::new(line, &|line| Viscous::new(&Held::directly(&spec(line), user).spec, None, user))
+    }
+
+    fn new(
+        line: &SceneValues,
+        viscous: &dyn Fn(&SceneValues) -> Result<Viscous, TransparencyError>,
+    ) -> Result<Self, TransparencyError> {
+        let before = viscous(line)?;
+        let Some(simplified) = before.simplified else {
+            return Ok(Self { before, compensation: None, after: None });
+        };
+        let mut compensated = line.clone();
+        compensated.object.damping_n_s_per_m -= simplified;
+        let compensation = Some(compensated.object.damping_n_s_per_m);
+        Ok(Self { before, compensation, after: Some(viscous(&compensated)?) })
+    }
+}
+
+impl Viscous {
+    fn new(spec: &LoopSpec, hand: Option<HostIndex>, user: HostIndex) -> Result<Self, TransparencyError> {
+        let session = analyze_loop(spec)?;
+        let by_hand = hand.map(|user| drift(&Held::by_hand(spec, user))).transpose()?;
+        let simplified = drift(&Held::directly(spec, user))?;
+        Ok(Self {
+            damping: by_hand.and_then(|drift| drift.damping(|at_instants, _| at_instants)),
+            mean_damping: by_hand.and_then(|drift| drift.damping(|_, mean| mean)),
+            simplified: simplified.damping(|at_instants, _| at_instants),
+            drag_pole: session.drag_pole,
+            stable: session.stable,
+            why_none: by_hand.and_then(Drift::why_no_damping),
+        })
+    }
+}
+
+fn spec(line: &SceneValues) -> LoopSpec {
+    crate::compile::compile(line).swap_remove(0).spec
+}
