@@ -41,31 +41,33 @@ impl EnergyShares {
         scales: &[f64],
         eigenvalues: &[Complex<f64>],
     ) -> Self {
-        let speeds = speeds(spec, layout);
+        let moving = moving(spec, layout);
         let mut shares = Self::default();
         for (eigenvalue, count) in largest(eigenvalues) {
             if let Some(vectors) = eigenvectors(balanced, eigenvalue, count) {
-                shares.add_motions(&speeds, &vectors, scales);
+                shares.add_motions(&moving, &vectors, scales);
             }
         }
         shares
     }
 
-    fn add_motions(&mut self, speeds: &[Speed], vectors: &Mat<c64>, scales: &[f64]) {
-        let count = vectors.ncols();
-        let is_still = |speed: &Speed| (0..count).all(|column| vectors[(speed.state, column)].norm() < STILL);
-        if speeds.iter().all(is_still) {
+    /// By speeds, or where things stay displaced without any, by displacements: these are to each other as speeds are in a
+    /// slow motion.
+    fn add_motions(&mut self, moving: &[Moving], vectors: &Mat<c64>, scales: &[f64]) {
+        let moves = |state: usize| (0..vectors.ncols()).any(|column| vectors[(state, column)].norm() > STILL);
+        let states: [fn(&Moving) -> usize; 2] = [|moving| moving.speed, |moving| moving.displacement];
+        let Some(state) = states.into_iter().find(|state| moving.iter().any(|one| moves(state(one)))) else {
             return;
-        }
-        let motions = Mat::from_fn(speeds.len(), count, |row, column| {
-            let Speed { state, mass, .. } = speeds[row];
-            vectors[(state, column)] * (scales[state] * mass.sqrt())
+        };
+        let motions = Mat::from_fn(moving.len(), vectors.ncols(), |row, column| {
+            let state = state(&moving[row]);
+            vectors[(state, column)] * (scales[state] * moving[row].mass.sqrt())
         });
         let Ok(svd) = motions.thin_svd() else { return };
         let largest = svd.S()[0].re;
         for column in (0..svd.U().ncols()).take_while(|&column| svd.S()[column].re > ALIKE * largest) {
-            for (row, speed) in speeds.iter().enumerate() {
-                *self.0.entry(speed.axis).or_default() += svd.U()[(row, column)].norm_sqr();
+            for (row, one) in moving.iter().enumerate() {
+                *self.0.entry(one.axis).or_default() += svd.U()[(row, column)].norm_sqr();
             }
         }
     }
@@ -111,21 +113,27 @@ fn largest(eigenvalues: &[Complex<f64>]) -> Vec<(Complex<f64>, usize)> {
     largest
 }
 
-/// A velocity: which way it is, which number of the state it is, and what moves so, kg or kg·m².
-struct Speed {
+/// What moves along or about an axis, kg or kg·m², and which numbers of the state say where it is and how fast.
+struct Moving {
     axis: Dof,
-    state: usize,
     mass: f64,
+    displacement: usize,
+    speed: usize,
 }
 
-fn speeds(spec: &LoopSpec, layout: &Layout) -> Vec<Speed> {
-    let mut speeds = Vec::new();
+fn moving(spec: &LoopSpec, layout: &Layout) -> Vec<Moving> {
+    let mut moving = Vec::new();
     for (body, &first) in spec.bodies.iter().zip(&layout.bodies) {
         let (masses, velocities) = masses(body);
-        let of_body = body.axes.iter().zip(masses).zip(first + velocities..);
-        speeds.extend(of_body.map(|((&axis, mass), state)| Speed { axis, state, mass }));
+        let of_body = body.axes.iter().zip(masses).zip(first..);
+        moving.extend(of_body.map(|((&axis, mass), displacement)| Moving {
+            axis,
+            mass,
+            displacement,
+            speed: displacement + velocities,
+        }));
     }
-    speeds
+    moving
 }
 
 /// A body's inertia for each degree of freedom, and the place of its first velocity among its states.
@@ -177,4 +185,57 @@ fn eigenvectors(matrix: &DMatrix<f64>, eigenvalue: Complex<f64>, count: usize) -
         vectors = vectors.qr().compute_thin_Q();
     }
     Some(vectors)
+}
+
+#[cfg(test)]
+mod tests {
+    use cotouch_scene::names::{Coordinate, HostIndex, Part};
+    use cotouch_scene::scene::SpringDamper;
+    use cotouch_scene::time::Schedule;
+
+    use crate::dof::motion_quantities;
+    use crate::loop_spec::{Body, Dynamics, LoopSpec, Motion, Plant, SPACE_POINT};
+    use crate::poles::analyze_loop;
+
+    /// Hands of these masses (kg) on springs, coupled to each other, with less damping along one of the axes.
+    fn hands(masses_kg: [f64; 3], order: [usize; 3], along: Option<usize>) -> LoopSpec {
+        let spring =
+            |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
+        let mut spec = LoopSpec::new(Schedule::new("1000".parse().unwrap(), "500".parse().unwrap()).unwrap());
+        let mut bodies = Vec::new();
+        for place in order {
+            let (host, part) = (HostIndex(place as u8), Part::HAND);
+            let states = motion_quantities(SPACE_POINT)
+                .map(|quantity| Coordinate::Own { host, part, quantity })
+                .collect();
+            let inertia = glam::DMat3::IDENTITY * masses_kg[place];
+            let dynamics = Dynamics::Plant(Plant::endpoint(&inertia, 3, spring(90.0, 1.1)));
+            bodies.push(spec.body(Body { states, axes: SPACE_POINT, dynamics }));
+        }
+        for (one, other) in [(0, 1), (1, 0), (1, 2), (2, 1), (2, 0), (0, 2)] {
+            spec.pull(bodies[one], Motion::Current(bodies[other]), spring(70.0, 0.3));
+        }
+        for &body in &bodies {
+            let mut less = spec.spring(Motion::Current(body), Motion::Ground, spring(0.0, -0.4));
+            less.terms.retain(|term| Some(term.component) == along);
+            spec.act(body, less);
+        }
+        spec
+    }
+
+    #[test]
+    fn the_axis_does_not_depend_on_rounding() {
+        let orders = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
+        for (masses_kg, along, expected) in [
+            ([0.1, 0.1, 0.1], None, "x"),
+            ([0.1, 0.23, 0.37], None, "x"),
+            ([0.1, 0.1, 0.1], Some(1), "y"),
+            ([0.1, 0.23, 0.37], Some(2), "z"),
+        ] {
+            for order in orders {
+                let axis = analyze_loop(&hands(masses_kg, order, along)).unwrap().axis;
+                assert_eq!(axis, Some(expected), "{masses_kg:?} {order:?} {along:?}");
+            }
+        }
+    }
 }

@@ -9,7 +9,7 @@ use crate::loop_spec::{Block, BlockId, BodyId, Coupling, Delay, Hold, LoopSpec, 
 use cotouch_world::LinearBlock;
 
 /// The loop.
-pub(super) fn closed_loop(of: Touched<'_>, pressed: &Pressed) -> LoopSpec {
+pub(super) fn closed_loop(pressed: &Pressed, of: Touched<'_>) -> LoopSpec {
     let mut session = Session { of, pressed };
     for (host, law) in &pressed.felt {
         session.add_host(*host, law);
@@ -69,10 +69,20 @@ impl Session<'_> {
         for (component, &Position { motion, number, .. }) in positions.iter().enumerate() {
             input.terms.push(Term { component, motion, number, gain: 1.0 });
         }
+        let names = |numbers: std::ops::Range<usize>| {
+            numbers.map(|index| Coordinate::SoftBody { host, index: index as u32 }).collect()
+        };
+        let states = law.states();
+        let (law, delay, outputs) = match self.pressed.direct {
+            None => (law.clone(), Delay::NONE, 0),
+            // It follows from what was before the period: the output of the step before.
+            Some(_) => (put_out_before(law), Delay::periods(1), law.outputs()),
+        };
         self.of.spec.block(Block {
-            states: (0..law.states() as u32).map(|index| Coordinate::SoftBody { host, index }).collect(),
+            states: names(0..states),
+            outputs: names(states..states + outputs),
             weights: self.pressed.weights.clone(),
-            ..Block::sampled(self.of.slow, input, law.clone(), Delay::NONE)
+            ..Block::sampled(self.of.slow, input, law, delay)
         })
     }
 
@@ -128,8 +138,11 @@ impl Session<'_> {
             Some(Complex { re, im }) => DMatrix::from_row_slice(2, 2, &[re, im, -im, re]),
         };
         let states = a.nrows();
-        let (host, first) =
-            self.pressed.felt.first().map_or((HostIndex::FIRST, 0), |(host, law)| (*host, law.states()));
+        let (host, first) = self
+            .pressed
+            .felt
+            .first()
+            .map_or((HostIndex::FIRST, 0), |(host, law)| (*host, law.states() + law.outputs()));
         let names = (first as u32..).map(|index| Coordinate::SoftBody { host, index });
         let law = LinearBlock {
             a,
@@ -143,3 +156,11 @@ impl Session<'_> {
         });
     }
 }
+
+/// Of a system without `d`: the same output, as of the step before.
+fn put_out_before(law: &LinearBlock) -> LinearBlock {
+    LinearBlock { c: &law.c * &law.a, d: &law.c * &law.b, ..law.clone() }
+}
+
+#[cfg(test)]
+mod tests;

@@ -54,7 +54,7 @@ pub(crate) fn modes(
             contacts: set.iter().map(name).collect(),
             settled: set.len() == fingers.len(),
             spec: match Pressed::new(&of) {
-                Some(pressed) => closed_loop(of, &pressed),
+                Some(pressed) => closed_loop(&pressed, of),
                 None => touched_body(of),
             },
         })

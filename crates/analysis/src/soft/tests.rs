@@ -5,7 +5,9 @@ use cotouch_soft::ReducedBody;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
+use super::closed::closed_loop;
 use super::local_laws::HostLaw;
+use super::pressed::Pressed;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
@@ -242,12 +244,9 @@ fn the_routes_agree_on_soft_bodies() {
                 for hold in HOLDS {
                     for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
                         let nested = rates[0] == "1200";
-                        let of = two_hosts(centralized, kind, (returned, hold), rates, nested);
-                        assert_routes_agree(
-                            &of,
-                            nested,
-                            &format!("{centralized} {kind:?} {returned:?} {hold:?}"),
-                        );
+                        let label = format!("{centralized} {kind:?} {returned:?} {hold:?}");
+                        let of = two_hosts(centralized, kind, (returned, hold), rates, nested, touched_body);
+                        assert_routes_agree(&of, nested, &label);
                         let shared = of.lift_shared().unwrap().matrix;
                         let shared = spectral_radius(&eigenvalues(&shared).unwrap());
                         assert!((radius(&of) - shared).abs() < 1e-9, "{kind:?}");
@@ -275,12 +274,35 @@ fn assert_routes_agree(of: &LoopSpec, nested: bool, label: &str) {
     assert_eq!(of.to_diagram().unwrap().states().unwrap(), names, "{label}");
 }
 
+/// Bodies of which only what fingers feel is in the loop have its verdict, and are understood by all routes.
+#[test]
+fn what_fingers_feel_has_the_verdict_of_the_whole() {
+    let closed = |of: Touched<'_>| closed_loop(&Pressed::new(&of).unwrap(), of);
+    for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Compliance] {
+        for (returned, hold) in RETURNED.into_iter().flat_map(|returned| HOLDS.map(|hold| (returned, hold))) {
+            for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
+                let nested = rates[0] == "1200";
+                if hold == SurfaceHold::First && !nested {
+                    continue;
+                }
+                let label = format!("{kind:?} {returned:?} {hold:?}");
+                let whole = two_hosts(false, kind, (returned, hold), rates, nested, touched_body);
+                let felt = two_hosts(false, kind, (returned, hold), rates, nested, closed);
+                assert_routes_agree(&felt, nested, &label);
+                let (expected, found) = (radius(&whole), radius(&felt));
+                assert!((found / expected - 1.0).abs() < 1e-11, "{label}: {found} {expected}");
+            }
+        }
+    }
+}
+
 fn two_hosts(
     centralized: bool,
     kind: LocalModelKind,
     (returned_force, hold): (ReturnedForce, SurfaceHold),
     [control, network, slow]: [&str; 3],
     shows: bool,
+    loop_of: fn(Touched<'_>) -> LoopSpec,
 ) -> LoopSpec {
     let plant = || {
         Plant::endpoint(
@@ -303,7 +325,7 @@ fn two_hosts(
     let scene = scene([control, network, slow], kind, [0.0, 0.0]).edit_unchecked(|scene| {
         (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
     });
-    touched_body(Touched {
+    loop_of(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
         delay: Box::new(|_, _| Delay::periods(1)),
@@ -321,78 +343,4 @@ fn two_hosts(
         idle_axes: [false; 3],
         spec,
     })
-}
-
-#[test]
-#[ignore = "measuring"]
-fn measure() {
-    for (name, settings) in [
-        ("soft-block", vec![]),
-        ("soft-block", vec!["local_model.hold=first"]),
-        ("soft-block", vec!["local_model.kind=hold"]),
-        ("soft-block", vec!["local_model.kind=hold", "local_model.result_delay_periods=2"]),
-        ("balloon", vec![]),
-        ("balloon", vec!["local_model.kind=p", "local_model.returned_force=first"]),
-        ("spring", vec![]),
-        ("organ", vec!["session.users=2"]),
-        ("organ", vec!["session.users=2", "local_model.hold=first", "local_model.returned_force=last"]),
-        ("organ", vec!["session.users=2", "local_model.kind=p"]),
-        ("organ", vec!["session.users=2", "local_model.kind=hold"]),
-        ("organ", vec!["session.users=2", "local_model.kind=hold", "local_model.hold=first"]),
-        ("organ", vec![]),
-        ("organ", vec!["session.users=8"]),
-    ] {
-        let overrides: Vec<_> = settings.iter().map(|setting: &&str| setting.parse().unwrap()).collect();
-        let scene = cotouch_scene::load(name, &overrides).unwrap();
-        println!("{name} {settings:?}");
-        let t = std::time::Instant::now();
-        let bodies = super::Bodies::default();
-        let prepared = bodies.prepared(&scene).unwrap();
-        println!("prepared {:?}", t.elapsed());
-        let fingers = super::compile::fingers(&scene);
-        let users: Vec<HostIndex> = fingers.iter().map(|finger| finger.user).collect();
-        for set in crate::compile::sets_of_fingers(&users, 16, &mut Vec::new()) {
-            if users.len() > 4 && set.len() != users.len() {
-                continue;
-            }
-            let t = std::time::Instant::now();
-            let body = prepared.seen_from(&set);
-            let seen = t.elapsed();
-            let of = || super::compile::described(&scene, &prepared, &fingers, &set, &body, true).unwrap();
-            let t = std::time::Instant::now();
-            let pressed = super::pressed::Pressed::new(&of());
-            let closing = t.elapsed();
-            let Some(pressed) = pressed else {
-                println!("not closed");
-                continue;
-            };
-            let spec = super::closed::closed_loop(of(), &pressed);
-            let t = std::time::Instant::now();
-            let one = crate::poles::judge(&spec, false).unwrap();
-            let judged = t.elapsed();
-            let t = std::time::Instant::now();
-            crate::poles::judge(&spec, true).unwrap();
-            let with_axis = t.elapsed();
-            println!(
-                "  {set:?} states {} felt {:?} unfelt {:?} seen {seen:.1?} closing {closing:.1?} judged {judged:.1?} {with_axis:.1?}",
-                one.eigenvalues.len(),
-                pressed.felt.iter().map(|f| f.1.states()).collect::<Vec<_>>(),
-                pressed.unfelt.map(|u| u.norm())
-            );
-            let spec = touched_body(of());
-            let t = std::time::Instant::now();
-            let Ok(other) = crate::poles::judge(&spec, false) else {
-                println!("too large");
-                continue;
-            };
-            println!(
-                "     states {} {:?} radius {} {} diff {:e}",
-                other.eigenvalues.len(),
-                t.elapsed(),
-                other.spectral_radius,
-                one.spectral_radius,
-                one.spectral_radius / other.spectral_radius - 1.0
-            );
-        }
-    }
 }
