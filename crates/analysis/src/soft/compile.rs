@@ -8,10 +8,10 @@ use glam::DVec3;
 use rayon::prelude::*;
 
 use super::closed::closed_loop;
+use super::closed_body::ClosedBodies;
 use super::error::SoftAnalysisError;
 use super::local_laws::HostLaw;
 use super::prepared::{Bodies, Prepared};
-use super::pressed::Pressed;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::compile::{ContactMode, compile_at, delay, sets_of_fingers};
@@ -53,8 +53,8 @@ pub(crate) fn modes(
         Ok(ContactMode {
             contacts: set.iter().map(name).collect(),
             settled: set.len() == fingers.len(),
-            spec: match Pressed::new(&of) {
-                Some(pressed) => closed_loop(&pressed, of),
+            spec: match ClosedBodies::new(&of) {
+                Some(closed) => closed_loop(&closed, of),
                 None => touched_body(of),
             },
         })

@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use super::contacts::{Anchor, anchors};
 use super::error::SoftAnalysisError;
-use super::reduction::{IMPERCEPTIBLE, NEGLIGIBLE, by_krylov};
+use super::reduction::{NEGLIGIBLE, NEGLIGIBLE_IN_LOOP, by_krylov};
 use super::slow_body::SlowBody;
 use crate::loop_spec::Body;
 
@@ -89,7 +89,7 @@ impl Prepared {
         let compliance = body.compliance(&points).ok_or(SoftAnalysisError::NoCompliance)?;
         let linear = at_rest(&*body)?;
         let (whole, converged) = by_krylov(&linear, &points);
-        let body = whole.balanced(IMPERCEPTIBLE);
+        let body = whole.balanced(NEGLIGIBLE_IN_LOOP);
         Ok(Self { key, anchors, compliance, linear, whole, body, converged, seen: Mutex::default() })
     }
 

@@ -19,7 +19,7 @@ const COMPARED_PERIODS: usize = 96;
 /// Hankel singular values below this share of the largest (of a body, of its compliance) are left out: nobody can tell.
 pub(super) const NEGLIGIBLE: f64 = 1e-13;
 /// The same of what is in a loop with more that is left out.
-pub(super) const IMPERCEPTIBLE: f64 = 1e-15;
+pub(super) const NEGLIGIBLE_IN_LOOP: f64 = 1e-15;
 /// Powers of two of the step that are summed: more periods than a session has.
 const MAX_DOUBLINGS: usize = 40;
 

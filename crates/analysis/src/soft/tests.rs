@@ -6,8 +6,8 @@ use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
 use super::closed::closed_loop;
+use super::closed_body::ClosedBodies;
 use super::local_laws::HostLaw;
-use super::pressed::Pressed;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
@@ -274,10 +274,10 @@ fn assert_routes_agree(of: &LoopSpec, nested: bool, label: &str) {
     assert_eq!(of.to_diagram().unwrap().states().unwrap(), names, "{label}");
 }
 
-/// Bodies of which only what fingers feel is in the loop have its verdict, and are understood by all routes.
+/// Bodies of which only what fingers observe is in the loop have its verdict, and are understood by all routes.
 #[test]
-fn what_fingers_feel_has_the_verdict_of_the_whole() {
-    let closed = |of: Touched<'_>| closed_loop(&Pressed::new(&of).unwrap(), of);
+fn what_fingers_observe_has_the_verdict_of_the_whole() {
+    let closed = |of: Touched<'_>| closed_loop(&ClosedBodies::new(&of).unwrap(), of);
     for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Compliance] {
         for (returned, hold) in RETURNED.into_iter().flat_map(|returned| HOLDS.map(|hold| (returned, hold))) {
             for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
@@ -287,9 +287,9 @@ fn what_fingers_feel_has_the_verdict_of_the_whole() {
                 }
                 let label = format!("{kind:?} {returned:?} {hold:?}");
                 let whole = two_hosts(false, kind, (returned, hold), rates, nested, touched_body);
-                let felt = two_hosts(false, kind, (returned, hold), rates, nested, closed);
-                assert_routes_agree(&felt, nested, &label);
-                let (expected, found) = (radius(&whole), radius(&felt));
+                let observed = two_hosts(false, kind, (returned, hold), rates, nested, closed);
+                assert_routes_agree(&observed, nested, &label);
+                let (expected, found) = (radius(&whole), radius(&observed));
                 assert!((found / expected - 1.0).abs() < 1e-11, "{label}: {found} {expected}");
             }
         }

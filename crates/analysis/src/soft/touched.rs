@@ -61,6 +61,12 @@ impl Touched<'_> {
         self.spec.bodies[slot].axes.iter().position(|dof| dof.axis().index() == row % 3)
     }
 
+    /// Which of the contacts are with fingers of a host.
+    pub(super) fn own_contacts(&self, host: HostIndex) -> impl Iterator<Item = usize> {
+        let contacts = self.touching.iter().enumerate();
+        contacts.filter(move |(_, (_, finger))| finger.user == host).map(|(contact, _)| contact)
+    }
+
     /// Whether the law reads the forces with which the frame in use was made.
     pub(super) fn reads_stepped_forces(&self) -> bool {
         self.law.direct.ncols() > self.law.direct.nrows()
