@@ -1,10 +1,8 @@
 //! What the page's lesson is told: the analysis of the scene as it would run, part by part.
 
-use cotouch_analysis::evaluator::Evaluator;
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::margin::margins;
-use cotouch_analysis::stability::{ModeStability, Stability, analyze};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{
+    Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze, margins, stability_map,
+};
 use cotouch_runtime::clock;
 use cotouch_scene::Scene;
 use cotouch_viewer::{Answer, MapAxes, MapAxis, Predictor, Question};

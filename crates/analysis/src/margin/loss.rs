@@ -332,7 +332,7 @@ fn without_common(mut maps: Vec<DMatrix<f64>>, candidates: Vec<DVector<f64>>) ->
 mod tests {
     use super::*;
     use crate::compile::compile;
-    use crate::stability::analyze_loop;
+    use crate::poles::analyze_loop;
 
     fn specs() -> Vec<LoopSpec> {
         let load = |name: &str, periods: f64| {

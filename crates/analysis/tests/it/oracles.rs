@@ -1,8 +1,7 @@
 //! Closed forms that share nothing with the tick-by-tick product.
 
-use cotouch_analysis::compile::compile;
 use cotouch_analysis::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
-use cotouch_analysis::stability::analyze_loop;
+use cotouch_analysis::{analyze_loop, compile};
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Architecture, Scene, SpringDamper};
 use cotouch_scene::time::{Rate, Schedule};

@@ -1,6 +1,6 @@
 //! Three routes, one map.
 
-use cotouch_analysis::compile::compile;
+use cotouch_analysis::compile;
 use cotouch_analysis::diagram::{
     Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, Plant, Route, Sampled, Time,
 };

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::stability::{ModeStability, Stability};
+use cotouch_analysis::{ModeStability, Stability};
 use cotouch_scene::Override;
 
 use super::prediction;
@@ -15,7 +15,7 @@ const MOST_MODES: usize = 16;
 /// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
 pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
-    let stability = cotouch_analysis::stability::analyze(&scene).map_err(anyhow::Error::from)?;
+    let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     output.answer_as(&stability, &text(&title, &stability))?;
     Ok(Verdict::Good)

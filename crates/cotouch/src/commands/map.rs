@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{StabilityMap, Sweep, SweepError, stability_map};
 use cotouch_scene::Override;
 
 use super::prediction;

@@ -5,7 +5,7 @@ mod bode;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::{
     AddedDamping, Admittance, Answer, EquivalentStiffness, TransparencyError, UserAdmittance, added_damping,
 };

@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::sweep::Sweep;
+use cotouch_analysis::{StabilityMap, Sweep, stability_map};
 use cotouch_scene::scene::Architecture;
 use serde_json::json;
 

@@ -6,8 +6,8 @@
 use std::sync::Arc;
 
 use crate::support::{assert_nothing_acted, visit};
+use cotouch_analysis::compile_unreduced;
 use cotouch_analysis::loop_spec::LoopSpec;
-use cotouch_analysis::soft::compile_unreduced;
 use cotouch_device::SimulatedUser;
 use cotouch_host::SlowFrame;
 use cotouch_runtime::slow::SlowPort;

@@ -5,8 +5,7 @@ mod open_loop;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cotouch_analysis::soft::ratios;
-use cotouch_analysis::stability;
+use cotouch_analysis::{analyze, gain_ratios};
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::{LocalModel, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
@@ -117,7 +116,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
         if scene.local_model.kind != own.local_model.kind {
             let ratios = match local_law(scene.local_model.kind).needs().joint_compliance {
                 true => [open_loop::REFERENCE_RATIO, 0.0],
-                false => ratios(&scene),
+                false => gain_ratios(&scene),
             };
             scene = soften(scene.edit(|scene| set_ratios(&mut scene.local_model, ratios))?)?;
         }
@@ -130,7 +129,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 /// stable keeps the softest.
 fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
     for _ in 0..MOST_HALVINGS {
-        if stability::analyze(&scene)?.stable {
+        if analyze(&scene)?.stable {
             break;
         }
         let LocalModel { stiffness_ratio, integral_ratio, .. } = scene.local_model;

@@ -1,6 +1,6 @@
 //! Figures 6.2 and 6.4: velocity over force in free motion.
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::added_damping;
 use cotouch_scene::names::HostIndex;
 use serde_json::{Value as Json, json};
