@@ -12,6 +12,8 @@ use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::local_models::characteristic_of_map;
+
 const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
 const FORCES: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];
 const HOLDS: [SurfaceHold; 2] = [SurfaceHold::Zero, SurfaceHold::First];
@@ -262,7 +264,7 @@ fn the_lift_with_a_hand_is_what_the_loop_does() {
         let trace: Vec<f64> = released(&simulation, hand, 20 * 60);
         // The positions at the starts of periods obey the map's characteristic polynomial.
         let at: Vec<f64> = trace.iter().step_by(20).copied().collect();
-        let a = SimulationLoop::characteristic_of_map(&map);
+        let a = characteristic_of_map(&map);
         let largest = at.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         for start in 0..at.len() - a.len() {
             let sum: f64 = a.iter().enumerate().map(|(order, a)| a * at[start + order]).sum::<f64>();

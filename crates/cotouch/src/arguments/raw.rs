@@ -319,7 +319,7 @@ Example:
         #[arg(long, value_name = "N", default_value = "1")]
         user: String,
     },
-    /// What users feel over frequency: velocity over force, and position over force against a wall
+    /// What users feel over frequency: velocity over force, and position over force against a wall or on a soft object
     #[command(after_help = "\
 Example:
   cotouch analyze admittance single-axis --frequencies 0.1..400:200:log --out admittance.svg")]
