@@ -1,7 +1,7 @@
 //! Figures 7–9 of Barbagli et al. 2003 and (4), (5): what a proportional local model on a slow spring does.
 
 use cotouch_analysis::local_model::{
-    Hand, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
+    HandImpedance, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
 };
 use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
@@ -334,7 +334,7 @@ fn equation_4() -> anyhow::Result<Outcome> {
 /// What becomes of (4) when a hand is free to move, K_o = 1000 N/m: K_h, and the hand's mass and damping.
 fn with_a_hand(kh: f64, mass_kg: f64, damping_n_s_per_m: f64) -> anyhow::Result<[String; 3]> {
     const KO: f64 = 1000.0;
-    let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
+    let hand = HandImpedance { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
     let (slow_loop, model) =
         (slow_loop(ReturnedForce::Mean, SurfaceHold::Zero)?, PiLocalModel::new(kh, 0.0, KO)?);
     let radius = hand_spectral_radius(hand, &model, &slow_loop, Rate::new(1000, 1)?)?;
