@@ -18,8 +18,8 @@
 //! W_l → p·(1 − p)·Σ_k [G_k·diag(W)·G_kᵀ]_ll     G_k what the system answers with v, k patterns after an impulse of δ
 //! ```
 //!
-//! has a spectral radius below 1 (the mean-square small-gain theorem, exact for such multiplicative noise: Elia 2005). It keeps
-//! semidefinite matrices so, and is as small as the packets are, however large the loop is. What losses leave as it is
+//! has a spectral radius below 1 (a small-gain theorem that is exact for positive operators: Schneider 1965; for noise on channels:
+//! Elia 2005). It keeps semidefinite matrices so, and is as small as the packets are, however large the loop is. What losses leave as it is
 //! (moving everything) is removed first.
 
 mod lossy_loop;
@@ -81,6 +81,9 @@ fn critical(
     let unsettled =
         || Ok(Err("A motion that hardly settles, if at all, leaves the loss margin untold.".to_owned()));
     let Some(first) = at(0.0)? else { return unsettled() };
+    if lossy.packets.is_empty() {
+        return Ok(Ok(None));
+    }
     let mut last = (0.0, first);
     for look in 1..=LOOKS {
         let rate = HIGHEST * (f64::from(look) / f64::from(LOOKS)).powi(2);

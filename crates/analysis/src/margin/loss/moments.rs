@@ -13,14 +13,11 @@ const UNSETTLED: f64 = 1e-9;
 /// settle, but for rounding.
 pub(super) fn verdict(lossy: &LossyLoop, rate: f64) -> Result<Option<PointVerdict>, EigenvalueError> {
     let mean = Mean::new(lossy, rate);
-    let of_mean = spectral_radius(&eigenvalues(&mean.a)?);
-    if (of_mean - 1.0).abs() < UNSETTLED {
-        return Ok(None);
-    }
-    if of_mean > 1.0 {
-        return Ok(Some(PointVerdict { spectral_radius: of_mean * of_mean, stable: false }));
-    }
-    let powers = squarings(mean.a.clone());
+    let Some(powers) = squarings(mean.a.clone()) else {
+        let of_mean = spectral_radius(&eigenvalues(&mean.a)?);
+        let is_unstable = of_mean > 1.0 + UNSETTLED;
+        return Ok(is_unstable.then(|| PointVerdict { spectral_radius: of_mean * of_mean, stable: false }));
+    };
     let blocks = Blocks::new(lossy);
     let spectral_radius = largest_eigenvalue(blocks.identity(), |moments| {
         mean.returned(&powers, &blocks, moments) * (rate * (1.0 - rate))
@@ -42,7 +39,10 @@ impl Mean {
         // D leads from earlier packets to later ones, so that this has an inverse at any rate.
         let within = DMatrix::identity(system.outputs(), system.outputs()) - &system.d * rate;
         let solved = within.lu();
-        let through = |right: &DMatrix<f64>| solved.solve(right).unwrap_or_else(|| right.clone());
+        let through = |right: &DMatrix<f64>| match lossy.packets[..] {
+            [] => right.clone(),
+            _ => solved.solve(right).unwrap_or_else(|| right.clone()),
+        };
         let c = through(&system.c);
         let d = through(&system.d);
         let b = &system.b + &system.b * (&d * rate);
@@ -98,17 +98,20 @@ impl<'a> Blocks<'a> {
     }
 }
 
-/// The powers 1, 2, 4 and so on of a stable matrix, until nothing is left.
-fn squarings(matrix: DMatrix<f64>) -> Vec<DMatrix<f64>> {
-    const MAX: usize = 64;
+/// The powers 1, 2, 4 and so on of a matrix, until nothing is left; `None` where something always is.
+fn squarings(matrix: DMatrix<f64>) -> Option<Vec<DMatrix<f64>>> {
+    /// Within this many, what is nearer to 1 than [`UNSETTLED`] does not die out.
+    const MAX: usize = 34;
+    const LARGEST: f64 = 1e30;
     let mut powers = vec![matrix];
-    while let Some(last) = powers.last().filter(|last| last.norm() > 1e-9)
-        && powers.len() < MAX
-    {
+    while let Some(last) = powers.last().filter(|last| last.norm() > 1e-9) {
+        if powers.len() == MAX || !(last.norm() < LARGEST) {
+            return None;
+        }
         let square = last * last;
         powers.push(square);
     }
-    powers
+    Some(powers)
 }
 
 /// The largest eigenvalue of an operator that keeps semidefinite blocks so, by Arnoldi's iteration: it is real (Perron,
@@ -120,6 +123,7 @@ fn largest_eigenvalue(
     const MAX_VECTORS: usize = 60;
     const RESTARTS: usize = 8;
     const RELATIVE: f64 = 1e-11;
+    const FAR: f64 = 1e-4;
     if start.is_empty() {
         return Ok(0.0);
     }
@@ -143,7 +147,9 @@ fn largest_eigenvalue(
             if count.is_multiple_of(3) || is_invariant {
                 let values = eigenvalues(&projected.view((0, 0), (count, count)).into_owned())?;
                 let found = spectral_radius(&values);
-                if is_invariant || (found - largest).abs() <= RELATIVE * found {
+                // What is far from 1 need not be known better than that it is.
+                let enough = (FAR * (found - 1.0).abs()).max(RELATIVE * found);
+                if is_invariant || (found - largest).abs() <= enough {
                     return Ok(found);
                 }
                 largest = found;
