@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::crossing::crossing;
 use crate::evaluator::Evaluator;
 use crate::sweep::{Sweep, SweepError};
-use axis::Axis;
+use axis::SweptAxis;
 use contours::{Edge, Verdicts};
 use plane::{Plane, Point};
 
@@ -74,7 +74,8 @@ pub fn stability_map(
         return Err(SweepError::Twice(one.to_owned()));
     }
     let evaluator = Evaluator::new(scene, &keys)?;
-    let mut plane = Plane::new(&evaluator, Axis::new(scene, x), y.map(|sweep| Axis::new(scene, sweep)));
+    let mut plane =
+        Plane::new(&evaluator, SweptAxis::new(scene, x), y.map(|sweep| SweptAxis::new(scene, sweep)));
     let stable = if with_radius {
         all_verdicts(&mut plane, progress)?
     } else {

@@ -11,7 +11,7 @@ use crate::clock;
 use crate::control::Control;
 use crate::haptic_host::HapticHost;
 use crate::mailbox::Mailbox;
-use crate::monitor;
+use crate::monitor::{LatelyMonitor, OscillationMonitor};
 use crate::network_threads::HapticPort;
 use crate::priority;
 use crate::snapshot::Lately;
@@ -137,7 +137,7 @@ fn run_ticks(
 /// What the last seconds were like at all hosts together. Between ticks; no allocation.
 fn lately(hosts: &[HapticHost]) -> Lately {
     let diverged = hosts.iter().any(|host| host.station.state.host.diverged);
-    monitor::lately(hosts.iter().map(|host| &host.station.lately), diverged)
+    LatelyMonitor::combine(hosts.iter().map(|host| &host.station.lately), diverged)
 }
 
 /// Whether the run was stable, if it ended now. Between ticks; no allocation.
@@ -148,7 +148,7 @@ fn is_stable(hosts: &[HapticHost]) -> bool {
         .any(|host| host.station.limits.is_exceeded(control(host)) || host.station.state.host.diverged);
     let quarters = hosts.iter().map(|host| host.station.oscillation.last_two_quarters_j());
     let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-    !limited && !monitor::grows(before_j, last_j)
+    !limited && !OscillationMonitor::grows(before_j, last_j)
 }
 
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it

@@ -13,7 +13,7 @@ use cotouch_scene::time::Schedule;
 use glam::DVec3;
 
 use self::growth::{BINS, CORNER_HZ, grows_over, median};
-pub use lately::{LatelyMonitor, lately};
+pub use lately::LatelyMonitor;
 
 /// An oscillation energy below this is never called unstable, J.
 const LEAST_ENERGY_J: f64 = 1e-6;
@@ -85,6 +85,12 @@ impl OscillationMonitor {
     pub fn last_two_quarters_j(&self) -> (f64, f64) {
         self.energy.last_two_quarters()
     }
+
+    /// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
+    #[must_use]
+    pub fn grows(before_j: f64, last_j: f64) -> bool {
+        grows_over(LEAST_ENERGY_J, before_j, last_j)
+    }
 }
 
 /// The filter of one coupler, and when it ran last.
@@ -112,12 +118,6 @@ fn filtered_energy_j<'a>(
         energy_j += 0.5 * coupler.stiffness_n_per_m * fast.length_squared();
     }
     energy_j
-}
-
-/// Whether oscillation energies (J) of the last quarter but one and of the last, summed over hosts, mean growth.
-#[must_use]
-pub fn grows(before_j: f64, last_j: f64) -> bool {
-    grows_over(LEAST_ENERGY_J, before_j, last_j)
 }
 
 /// A second-order Butterworth high pass, by the bilinear transform with the corner pre-warped.
@@ -245,7 +245,7 @@ mod tests {
         let (before, last) = run(8.0, |t| amplitude * (t * 40.0 * std::f64::consts::TAU).sin());
         let expected = 0.25 * 1000.0 * amplitude * amplitude;
         assert!((last / expected - 1.0).abs() < 0.01 && (before / expected - 1.0).abs() < 0.01);
-        assert!(!grows(before, last));
+        assert!(!OscillationMonitor::grows(before, last));
     }
 
     #[test]
@@ -268,16 +268,16 @@ mod tests {
             monitor.observe(&[own, held], tick % 8 == 0);
         }
         let (before, last) = monitor.last_two_quarters_j();
-        assert!(!grows(before, last), "{before} {last}");
+        assert!(!OscillationMonitor::grows(before, last), "{before} {last}");
     }
 
     #[test]
     fn a_touch_is_no_oscillation_and_buzzing_in_touch_is() {
         let touch = |t: f64| if t < 6.5 { 0.0 } else { 2e-3 * (1.0 - (-(t - 6.5) * 30.0).exp()) };
         let (before, last) = run(8.0, touch);
-        assert!(!grows(before, last), "{before} {last}");
+        assert!(!OscillationMonitor::grows(before, last), "{before} {last}");
         let (before, last) = run(8.0, |t| touch(t) + if t < 6.5 { 0.0 } else { 2e-4 * (t * 300.0).sin() });
-        assert!(grows(before, last), "{before} {last}");
+        assert!(OscillationMonitor::grows(before, last), "{before} {last}");
     }
 
     #[test]
@@ -299,11 +299,11 @@ mod tests {
     fn growth_is_growth_and_decay_is_not() {
         let vibration = |rate: f64| move |t: f64| 1e-3 * (rate * t).exp() * (t * 200.0).sin();
         let (before, last) = run(8.0, vibration(0.3));
-        assert!(grows(before, last));
+        assert!(OscillationMonitor::grows(before, last));
         let (before, last) = run(8.0, vibration(-0.3));
-        assert!(!grows(before, last));
-        assert!(!grows(0.0, 9e-7), "too little to matter");
-        assert!(grows(0.0, f64::NAN));
+        assert!(!OscillationMonitor::grows(before, last));
+        assert!(!OscillationMonitor::grows(0.0, 9e-7), "too little to matter");
+        assert!(OscillationMonitor::grows(0.0, f64::NAN));
     }
 
     #[test]

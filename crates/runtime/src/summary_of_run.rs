@@ -12,7 +12,7 @@ use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::faults::DeviceFaults;
-use crate::monitor;
+use crate::monitor::OscillationMonitor;
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
@@ -122,7 +122,7 @@ fn instability(runs: &[HostRun]) -> Option<Instability> {
     } else if runs.iter().any(|run| run.limits_exceeded) {
         Some(Instability::GovernorLimit)
     } else {
-        monitor::grows(before_j, last_j).then_some(Instability::EnergyGrowth)
+        OscillationMonitor::grows(before_j, last_j).then_some(Instability::EnergyGrowth)
     }
 }
 

@@ -18,7 +18,7 @@
 //!
 //! The page's side is `page/src/picture.ts`.
 
-use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_runtime::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
 use cotouch_scene::geometry::Pose;
 use glam::DVec3;
 

@@ -23,6 +23,7 @@ pub struct Block {
     /// u: evaluated at the ticks at which it is gathered.
     pub input: Coupling,
     /// For step j, at `j mod` their number: w, one element a tick from the step's own on. None reaches the next step.
+    /// A phase is written as weights that begin with zeros.
     pub weights: Vec<Vec<f64>>,
     /// From input to output.
     pub law: LinearBlock,

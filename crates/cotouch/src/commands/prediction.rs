@@ -1,7 +1,7 @@
 //! What the analysis says about a scene, in words.
 
 use cotouch_analysis::{Stability, Switching};
-use cotouch_runtime::summary::Predicted;
+use cotouch_runtime::Predicted;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 

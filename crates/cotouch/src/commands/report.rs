@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_runtime::summary::{Percentiles, SoftSummary, Summary};
+use cotouch_runtime::{Percentiles, SoftSummary, Summary};
 
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
@@ -124,7 +124,7 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::summary::{Instability, Predicted};
+    use cotouch_runtime::{Instability, Predicted};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");

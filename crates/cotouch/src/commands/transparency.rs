@@ -19,7 +19,7 @@ use crate::output::Output;
 use bode::Bode;
 
 /// Frequencies that people are shown.
-const MOST_ROWS: usize = 25;
+const MAX_ROWS: usize = 25;
 
 /// Says what held data add to the damping that a user feels; `user` is a name, or a number from 1.
 pub(super) fn damping(
@@ -212,7 +212,7 @@ fn user_text(text: &mut String, user: &UserAdmittance, admittance: &Admittance, 
         "{frequency:>12} {slow_rate:>18} {slow_phase:>8} {fundamental:>20} {phase:>8} {ideal:>12}"
     );
     let count = admittance.frequency_rad_s.len();
-    let every = count.div_ceil(MOST_ROWS).max(1);
+    let every = count.div_ceil(MAX_ROWS).max(1);
     for index in (0..count).step_by(every) {
         let _ = writeln!(
             text,

@@ -70,7 +70,7 @@ fn run() -> anyhow::Result<Outcome> {
         value: values.into(),
         agrees,
         note: "An oscillation that friction bounds keeps its size instead of growing: such a run shakes, though its \
-               energy does not grow and the verdict of a run, which asks for growth, may be stable. The thesis's users are people; here simulated hands of 5 N·s/m follow one script under every \
+               energy does not grow and the verdict of a run, which asks for growth, may be stable. The users of Fotoohi Ghiam 2006 are people; here simulated hands of 5 N·s/m follow one script under every \
                architecture. Hands that are masses and nothing else are less stable: their radius stands beside."
             .to_owned(),
         claims,

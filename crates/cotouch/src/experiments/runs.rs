@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use anyhow::Context as _;
 use cotouch_analysis::Stability;
-use cotouch_runtime::summary::Summary;
+use cotouch_runtime::Summary;
 use cotouch_scene::scene::SceneValues;
 use cotouch_scene::{Override, Scene};
 use glam::DVec3;
@@ -107,7 +107,7 @@ pub(super) fn radius_of_mass_only_hands(scene: &Scene) -> anyhow::Result<f64> {
 }
 
 impl HostCurves {
-    fn take(&mut self, at: u64, tick: &cotouch_runtime::record::TickRecord) {
+    fn take(&mut self, at: u64, tick: &cotouch_runtime::TickRecord) {
         self.fingers.resize(tick.readings.len(), FingerCurves::default());
         if at.is_multiple_of(TICKS_A_POINT) {
             self.time_s.push(tick.instant.as_secs_f64());

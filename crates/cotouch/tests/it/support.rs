@@ -3,9 +3,7 @@
 use cotouch_analysis::LiftedMap;
 use cotouch_device::{Acted, SimulatedUser};
 use cotouch_net::{decode_state, encode_state};
-use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{Station, TickRecord, VirtualSession};
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene};
 use cotouch_testkit::scenes::{built_in, edited};

@@ -79,6 +79,21 @@ impl LatelyMonitor {
         }
     }
 
+    /// What the last seconds were like at all hosts together. Too early to say anything before there are two seconds.
+    #[must_use]
+    pub fn combine<'a>(monitors: impl Iterator<Item = &'a Self> + Clone, diverged: bool) -> Lately {
+        let sum = |energy_j: fn(&Self) -> f64| monitors.clone().map(energy_j).sum::<f64>();
+        let last_j = sum(|monitor| median(&monitor.energies_j::<SECOND>(0)));
+        let before_j = sum(|monitor| median(&monitor.energies_j::<SECOND>(SECOND)));
+        let limited = monitors.clone().any(Self::is_limited);
+        let is_early = monitors.clone().any(|monitor| monitor.whole < KEPT);
+        Lately {
+            stable: (diverged || !is_early)
+                .then(|| !(diverged || limited || grows_over(LEAST_ENERGY_J, before_j, last_j))),
+            oscillation_j: sum(|monitor| median(&monitor.energies_j::<HALF_SECOND>(0))),
+        }
+    }
+
     /// Mean energy of the newest stretches, from the newest, J; only whole ones.
     fn energies_j<const COUNT: usize>(&self, skipped: usize) -> [f64; COUNT] {
         std::array::from_fn(|back| {
@@ -96,21 +111,6 @@ impl LatelyMonitor {
         let limited_ticks: u32 = last().map(|stretch| stretch.limited_ticks).sum();
         let all_ticks = f64::from(self.ticks_per_stretch) * SECOND as f64;
         last().any(|stretch| stretch.limited_for_long) || f64::from(limited_ticks) > MAX_LIMITED * all_ticks
-    }
-}
-
-/// What the last seconds were like at all hosts together. Too early to say anything before there are two seconds.
-#[must_use]
-pub fn lately<'a>(monitors: impl Iterator<Item = &'a LatelyMonitor> + Clone, diverged: bool) -> Lately {
-    let sum = |energy_j: fn(&LatelyMonitor) -> f64| monitors.clone().map(energy_j).sum::<f64>();
-    let last_j = sum(|monitor| median(&monitor.energies_j::<SECOND>(0)));
-    let before_j = sum(|monitor| median(&monitor.energies_j::<SECOND>(SECOND)));
-    let limited = monitors.clone().any(LatelyMonitor::is_limited);
-    let is_early = monitors.clone().any(|monitor| monitor.whole < KEPT);
-    Lately {
-        stable: (diverged || !is_early)
-            .then(|| !(diverged || limited || grows_over(LEAST_ENERGY_J, before_j, last_j))),
-        oscillation_j: sum(|monitor| median(&monitor.energies_j::<HALF_SECOND>(0))),
     }
 }
 
@@ -134,7 +134,7 @@ mod tests {
     }
 
     fn stable(monitor: &LatelyMonitor) -> Option<bool> {
-        lately(std::iter::once(monitor), false).stable
+        LatelyMonitor::combine(std::iter::once(monitor), false).stable
     }
 
     #[test]
@@ -142,7 +142,7 @@ mod tests {
         let mut monitor = monitor();
         run(&mut monitor, 2 * HZ - 1, |_| (0.0, false));
         assert_eq!(stable(&monitor), None);
-        assert_eq!(lately(std::iter::once(&monitor), true).stable, Some(false));
+        assert_eq!(LatelyMonitor::combine(std::iter::once(&monitor), true).stable, Some(false));
         run(&mut monitor, 1, |_| (0.0, false));
         assert_eq!(stable(&monitor), Some(true));
     }
@@ -154,9 +154,12 @@ mod tests {
         assert_eq!(stable(&monitor), Some(true));
         run(&mut monitor, HZ, |_| (2e-3, false));
         assert_eq!(stable(&monitor), Some(false));
-        assert!((lately(std::iter::once(&monitor), false).oscillation_j - 2e-3).abs() < 1e-9);
+        assert!((LatelyMonitor::combine(std::iter::once(&monitor), false).oscillation_j - 2e-3).abs() < 1e-9);
         let two = [monitor.clone(), monitor.clone()];
-        assert!((lately(two.iter(), false).oscillation_j - 4e-3).abs() < 1e-9, "the sum over hosts");
+        assert!(
+            (LatelyMonitor::combine(two.iter(), false).oscillation_j - 4e-3).abs() < 1e-9,
+            "the sum over hosts"
+        );
         run(&mut monitor, HZ, |_| (2e-3, false));
         assert_eq!(stable(&monitor), Some(true));
         run(&mut monitor, HZ, |_| (f64::NAN, false));

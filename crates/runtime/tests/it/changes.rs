@@ -7,17 +7,11 @@ use std::sync::{Arc, Mutex};
 
 use crate::sessions::{ARCHITECTURES, assert_replays, scene};
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::change::HostChange;
-use cotouch_runtime::exchange::RecordSink;
-use cotouch_runtime::monitor;
 use cotouch_runtime::real_time::realisable;
-use cotouch_runtime::record::{RecordItem, RecordKind};
-use cotouch_runtime::recorder::{Recorder, RecordingHeader};
-use cotouch_runtime::recording::{Recording, RecordingReader};
-use cotouch_runtime::replay::{ReplayError, replay};
-use cotouch_runtime::snapshot::Lately;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{
+    HostChange, Lately, LatelyMonitor, RecordItem, RecordKind, RecordSink, Recorder, Recording,
+    RecordingHeader, RecordingReader, ReplayError, Station, VirtualSession, replay,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 
@@ -53,7 +47,7 @@ fn run_to(session: &mut VirtualSession, seconds: f64) {
 
 fn lately(session: &VirtualSession) -> Lately {
     let diverged = session.hosts().iter().any(|host| host.station.state.host.diverged);
-    monitor::lately(session.hosts().iter().map(|host| &host.station.lately), diverged)
+    LatelyMonitor::combine(session.hosts().iter().map(|host| &host.station.lately), diverged)
 }
 
 pub(crate) fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {

@@ -3,11 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use cotouch_device::{Guide, GuidedUser, Targets};
-use cotouch_runtime::monitor;
 use cotouch_runtime::real_time::realisable;
-use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{OscillationMonitor, Station, TickRecord, VirtualSession};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -100,7 +97,7 @@ impl Session {
         let stations = self.virtual_session.hosts().iter().map(|host| &host.station);
         let quarters = stations.map(|station| station.oscillation.last_two_quarters_j());
         let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-        monitor::grows(before_j, last_j)
+        OscillationMonitor::grows(before_j, last_j)
     }
 }
 

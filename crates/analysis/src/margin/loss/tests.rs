@@ -1,6 +1,7 @@
 use std::ops::Range;
 
 use cotouch_scene::with_override;
+use cotouch_testkit::Random;
 use cotouch_world::LinearBlock;
 use nalgebra::{DMatrix, DVector};
 
@@ -119,11 +120,7 @@ fn who_loses_a_sample_goes_on_with_the_one_before() {
 /// Packets that a seeded generator loses, pattern after pattern.
 #[test]
 fn the_mean_square_is_that_of_simulated_losses() {
-    let mut seed = 12_345_u64;
-    let mut number = || {
-        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 11) as f64 / (1_u64 << 53) as f64
-    };
+    let mut random = Random::new(12_345);
     let lossy = lossy(&specs()[4]);
     let (rate, patterns, runs) = (0.3, 12, 20_000);
     let maps = lossy.maps(rate);
@@ -137,8 +134,9 @@ fn the_mean_square_is_that_of_simulated_losses() {
     for _ in 0..runs {
         let mut state = start.clone();
         for _ in 0..patterns {
-            let lost =
-                (0..lossy.packets.len()).filter(|_| number() < rate).fold(0, |set, packet| set | 1 << packet);
+            let lost = (0..lossy.packets.len())
+                .filter(|_| random.unit() < rate)
+                .fold(0, |set, packet| set | 1 << packet);
             state = &maps[lost].1 * state;
         }
         sum += state.norm_squared();

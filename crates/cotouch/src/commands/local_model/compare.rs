@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotouch_analysis::{analyze, gain_ratios};
 use cotouch_runtime::virtual_run;
-use cotouch_scene::scene::{LocalModel, SoftMeshKind};
+use cotouch_scene::scene::{LocalModel, LocalModelKind, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
 use cotouch_world::local::local_law;
 use rayon::prelude::*;
@@ -19,10 +19,10 @@ use crate::output::Output;
 use crate::progress::Progress;
 
 /// The models, by the words of `local_model.kind`.
-const MODELS: [&str; 4] = ["hold", "p", "pi", "compliance"];
+const MODELS: &[&str] = LocalModelKind::WORDS;
 
 /// How often gains are halved, at most.
-const MOST_HALVINGS: u32 = 6;
+const MAX_HALVINGS: u32 = 6;
 
 /// Young's moduli: 500 Pa times 2⁰ to 2¹¹.
 const SOFTEST_PA: f64 = 500.0;
@@ -94,7 +94,7 @@ pub(super) fn compare(
             moduli,
         }
     };
-    let models = MODELS.into_iter().zip(errors).zip(0..).map(model).collect();
+    let models = MODELS.iter().copied().zip(errors).zip(0..).map(model).collect();
     let answer = Answer { scene: scenes[0].name.clone(), models };
     output.answer_as(&answer, &text(&answer))?;
     Ok(Verdict::Good)
@@ -128,7 +128,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 /// Halves the gains until the analysis calls the scene stable: its choice is for objects without inertia. What no gain makes
 /// stable keeps the softest.
 fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
-    for _ in 0..MOST_HALVINGS {
+    for _ in 0..MAX_HALVINGS {
         if analyze(&scene)?.stable {
             break;
         }
