@@ -55,11 +55,14 @@ pub(super) fn margin(
 ) -> Result<Found<Option<f64>>, SweepError> {
     let (modes, _) = contact_modes(scene, &Bodies::default())?;
     let done = AtomicUsize::new(0);
-    let looks = modes.len() * LOOKS as usize;
+    let looks = LOOKS as usize * modes.iter().filter(|mode| !mode.spec.lines.is_empty()).count();
     let of_mode = |spec: &LoopSpec| -> Result<Found<Option<f64>>, SweepError> {
+        if spec.lines.is_empty() {
+            return Ok(Ok(None));
+        }
         let looked = || {
             let done = done.fetch_add(1, Ordering::Relaxed) + 1;
-            go_on(progress((done as f64 / looks as f64).min(1.0)))
+            go_on(progress(done as f64 / looks as f64))
         };
         match LossyLoop::new(spec).map_err(AnalysisError::from)? {
             Ok(lossy) => critical(&lossy, &looked),
@@ -81,9 +84,6 @@ fn critical(
     let unsettled =
         || Ok(Err("A motion that hardly settles, if at all, leaves the loss margin untold.".to_owned()));
     let Some(first) = at(0.0)? else { return unsettled() };
-    if lossy.packets.is_empty() {
-        return Ok(Ok(None));
-    }
     let mut last = (0.0, first);
     for look in 1..=LOOKS {
         let rate = HIGHEST * (f64::from(look) / f64::from(LOOKS)).powi(2);

@@ -15,8 +15,8 @@ use crate::loop_spec::LoopSpec;
 use crate::margin::found::Found;
 use crate::rigid::Structure;
 
-/// Numbers of the state and of all samples of a pattern: more take too long.
-const MAX_NUMBERS: usize = 2500;
+/// Numbers of the state and of all samples of a pattern: more take more than a minute.
+const MAX_NUMBERS: usize = 1000;
 
 /// The system of this module's parent over a pattern.
 pub(super) struct LossyLoop {
