@@ -3,9 +3,13 @@
 mod along_normal;
 mod channel;
 mod modes;
+#[cfg(test)]
+pub(crate) mod schemes_with_memory;
 mod session;
 
 pub use along_normal::along_normal;
+#[cfg(test)]
+pub(crate) use modes::compile_with_schemes;
 pub use modes::{ContactMode, compile};
 pub(crate) use modes::{modes, sets_of_fingers};
 pub use session::compile_at;

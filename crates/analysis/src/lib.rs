@@ -50,6 +50,7 @@
 //! assert!(verdict(0.2).spectral_radius > 1.0); // less than k·T/2: the hold returns more energy than it takes
 //! ```
 
+mod balance;
 mod check;
 mod compile;
 mod contact;

@@ -13,12 +13,16 @@
 //!   there is a state `g` in which all bodies move at 1 m/s, with constant offsets that make up for the ages of held
 //!   samples, and every force is in balance at every tick: `A·g = g + T·e`, a Jordan pair.
 //!
+//! Where blocks act in a part, both are found as null spaces ([`with_blocks`]), for a block may make anything of a place.
+//!
 //! Each vector is checked against the map before it is deflated.
 
 mod coasting;
+mod null_space;
 mod offsets;
 mod pivots;
 mod ties;
+mod with_blocks;
 
 use cotouch_scene::names::{Coordinate, Part};
 use nalgebra::{DMatrix, DVector};
@@ -29,6 +33,7 @@ use coasting::{Coasting, coasting};
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
 use ties::Ties;
+use with_blocks::PartWithBlocks;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -74,23 +79,30 @@ impl Structure {
         let coasting: Vec<_> = spec.bodies.iter().map(|body| coasting(body, period_s)).collect();
         let mut structure = Self { rounding: rounding(spec), ..Self::default() };
         let parts = Ties::parts(spec);
+        let groups = parts.groups();
+        let (with_blocks, without): (Vec<_>, Vec<_>) =
+            groups.iter().partition(|bodies| !parts.blocks_beside(bodies[0]).is_empty());
         let mut axes: Vec<Dof> = spec.bodies.iter().flat_map(|body| body.axes).copied().collect();
         axes.sort_unstable();
         axes.dedup();
         for axis in axes {
             let direction = Direction { spec, layout, coasting: &coasting, axis };
             let ties = Ties::along(spec, axis, &coasting);
-            for part in parts.groups() {
-                direction.part(&ties, &part, &mut structure);
+            for part in &without {
+                direction.part(&ties, part, &mut structure);
             }
         }
-        for bodies in parts.groups() {
-            let part = TurningPart { spec, layout, coasting: &coasting, bodies: &bodies };
+        for bodies in without {
+            let part = TurningPart { spec, layout, coasting: &coasting, bodies };
             for (still, uniform) in part.pivots(&structure.still, map) {
                 structure.dragged += usize::from(uniform.is_none());
                 structure.rigid.push(still);
                 structure.rigid.extend(uniform);
             }
+        }
+        for bodies in with_blocks {
+            let blocks = parts.blocks_beside(bodies[0]);
+            PartWithBlocks::new(spec, layout, &coasting, map, (bodies, blocks)).add_to(&mut structure);
         }
         structure
     }
@@ -183,9 +195,7 @@ impl Direction<'_> {
         let free = |&body: &usize| self.coasting[body].iter().all(|axis| axis.still.is_some());
         let coasts =
             |&body: &usize| self.number(body).is_some_and(|n| self.coasting[body][n].moving.is_some());
-        if part.iter().any(|&body| self.has_blocks(body))
-            || !part.iter().all(|body| free(body) && coasts(body))
-        {
+        if !part.iter().all(|body| free(body) && coasts(body)) {
             return None;
         }
         let offsets = self.offsets(part)?;
@@ -230,15 +240,6 @@ impl Direction<'_> {
             }
         }
         Some(vector)
-    }
-
-    /// Whether a block acts on a body: what it puts out in uniform motion is not looked into.
-    fn has_blocks(&self, body: usize) -> bool {
-        let mut actions = self.spec.actions.iter().filter(|action| action.body.0 == body);
-        actions.any(|action| {
-            let terms = self.spec.coupling_of(action).into_iter().flat_map(|coupling| &coupling.terms);
-            terms.into_iter().any(|term| matches!(term.motion, Motion::Output(_)))
-        })
     }
 
     /// Offsets at which the forces on every body of a part are in balance, where there are some.

@@ -159,6 +159,14 @@ pub fn any_scene() -> impl Strategy<Value = Scene> {
     })
 }
 
+/// Every coordination scheme that a scene can name.
+pub fn coordinations() -> impl Iterator<Item = Coordination> {
+    let named = |word: &&str| {
+        built_in("single-axis", &[&format!("session.coordination={word}")]).session.coordination
+    };
+    Coordination::WORDS.iter().map(named)
+}
+
 /// The words of all local models that a scene can have.
 pub fn local_model_kinds() -> Vec<String> {
     let schema = cotouch_scene::json_schema();

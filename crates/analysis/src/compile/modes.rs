@@ -1,11 +1,18 @@
 //! A loop for each set of contacts that is analysed.
 
+#[cfg(test)]
+use std::sync::Arc;
+
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::SceneValues;
+#[cfg(test)]
+use cotouch_world::coordination::{CouplingGains, Scheme};
 
 use super::session::compile_at;
+#[cfg(test)]
+use super::session::compile_with;
 use crate::loop_spec::LoopSpec;
-use crate::operating_point::Settled;
+use crate::operating_point::{OperatingPoint, Settled};
 
 /// At most so many modes are analysed one by one.
 const MAX_MODES: usize = 256;
@@ -36,6 +43,13 @@ pub fn compile(scene: &SceneValues) -> Vec<ContactMode> {
 
 /// Every contact mode, the free one first, and what was left out, in plain sentences.
 pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {
+    modes_with(scene, &|point| compile_at(scene, point))
+}
+
+fn modes_with(
+    scene: &SceneValues,
+    compile_at: &dyn Fn(&OperatingPoint) -> LoopSpec,
+) -> (Vec<ContactMode>, Vec<String>) {
     let settled = Settled::of(scene);
     let mut notes = settled.notes.clone();
     let walls = wall_sets(&settled, &mut notes);
@@ -51,11 +65,21 @@ pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {
             modes.push(ContactMode {
                 contacts: of_fingers.chain(of_walls).collect(),
                 settled: wall.is_none() && set.len() == settled.grips.len(),
-                spec: compile_at(scene, &point),
+                spec: compile_at(&point),
             });
         }
     }
     (modes, notes)
+}
+
+/// The loops of a scene with schemes that are made for the gains of translation and of rotation, whatever the scene names.
+#[cfg(test)]
+pub(crate) fn compile_with_schemes(
+    scene: &SceneValues,
+    scheme: impl Fn(CouplingGains) -> Arc<dyn Scheme>,
+) -> Vec<ContactMode> {
+    let schemes = cotouch_world::coordination::gains(&scene.coupling).map(scheme);
+    modes_with(scene, &|point| compile_with(scene, point, schemes.clone())).0
 }
 
 /// No wall, and each one alone.

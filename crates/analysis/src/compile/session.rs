@@ -36,8 +36,20 @@ const INSTANT_RESOLUTION_S: f64 = 1e-9;
 /// When the operating point names hosts, bodies, fingers or walls that the scene does not have.
 #[must_use]
 pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
-    SessionLoop::new(scene, point).spec
+    compile_with(
+        scene,
+        point,
+        coordination::gains(&scene.coupling).map(|gains| coordination::scheme(scene, gains)),
+    )
 }
+
+/// The same with schemes for translation and for rotation, whatever the scene names.
+pub(super) fn compile_with(scene: &SceneValues, point: &OperatingPoint, schemes: Schemes) -> LoopSpec {
+    SessionLoop::new(scene, point, schemes).spec
+}
+
+/// For channels of translation, and of rotation.
+pub(super) type Schemes = [Arc<dyn Scheme>; 2];
 
 /// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
 fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
@@ -49,6 +61,7 @@ fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVe
 struct SessionLoop<'a> {
     scene: &'a SceneValues,
     point: &'a OperatingPoint,
+    schemes: Schemes,
     bodies: Vec<cotouch_scene::scene::Body>,
     spec: LoopSpec,
     /// `[user][finger]`.
@@ -67,10 +80,11 @@ struct Touch {
 }
 
 impl<'a> SessionLoop<'a> {
-    fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
+    fn new(scene: &'a SceneValues, point: &'a OperatingPoint, schemes: Schemes) -> Self {
         let mut session = Self {
             scene,
             point,
+            schemes,
             bodies: scene.world_bodies(),
             spec: LoopSpec::new(scene.schedule()),
             fingers: Vec::new(),
@@ -280,9 +294,8 @@ impl<'a> SessionLoop<'a> {
 
     /// What keeps the copies at `host` together with all others: the coordination scheme.
     fn add_couplers(&mut self, host: HostIndex) {
-        let schemes = schemes(self.scene);
-        let weight = schemes[0].weight(f64::from(self.scene.session.users) - 1.0);
-        let direct = schemes.each_ref().map(|scheme| direct_gains(&**scheme, weight));
+        let weight = self.schemes[0].weight(f64::from(self.scene.session.users) - 1.0);
+        let direct = self.schemes.each_ref().map(|scheme| direct_gains(&**scheme, weight));
         for from in host.others(self.scene.session.users) {
             for body in 0..self.bodies.len() {
                 let Some(end) = self.channel_end(host, from, body) else { continue };
@@ -314,7 +327,7 @@ impl<'a> SessionLoop<'a> {
 
     /// The channels of a scheme that remembers or sends, as blocks: first at every end, then what they send each other.
     fn add_channel_blocks(&mut self) {
-        for (turns, scheme) in [false, true].into_iter().zip(schemes(self.scene)) {
+        for (turns, scheme) in [false, true].into_iter().zip(self.schemes.clone()) {
             if scheme.size() == SchemeSize::default() {
                 continue;
             }
@@ -361,11 +374,6 @@ impl<'a> SessionLoop<'a> {
             spec.line(Line { host, from, part, signal: Signal::Motion(body), delay })
         })
     }
-}
-
-/// The scheme's channels for translation and for rotation.
-fn schemes(scene: &SceneValues) -> [Arc<dyn Scheme>; 2] {
-    coordination::gains(&scene.coupling).map(|gains| coordination::scheme(scene, gains))
 }
 
 /// What a channel adds to the wrench on an own copy where it neither remembers nor sends; else its blocks do.

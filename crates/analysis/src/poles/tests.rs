@@ -1,7 +1,7 @@
 //! Loops that fall apart by symmetry have the verdict of the whole.
 
-use cotouch_scene::scene::{Coordination, Integrator, PlayOut, Scene, SpringDamper, WallSides};
-use cotouch_testkit::scenes::edited;
+use cotouch_scene::scene::{Integrator, PlayOut, Scene, SpringDamper, WallSides};
+use cotouch_testkit::scenes::{coordinations, edited};
 use proptest::prelude::*;
 
 use super::*;
@@ -39,12 +39,13 @@ fn assert_same(spec: &LoopSpec) {
 }
 
 fn any_scene() -> impl Strategy<Value = Scene> {
-    let shape = (any::<bool>(), 2u8..6, 0u32..4, 1u32..9, any::<[bool; 6]>());
+    let coordination = prop::sample::select(coordinations().collect::<Vec<_>>());
+    let shape = (any::<bool>(), 2u8..6, 0u32..4, 1u32..9, coordination, any::<[bool; 5]>());
     // 0 is what loosens ties.
     let stiffness = || prop_oneof![1 => Just(0.0), 3 => 10.0..2000.0];
     let gains = (stiffness(), 0.0..20.0, stiffness(), 0.0..10.0, stiffness(), 0.05..0.5, -1.0..5.0);
     (shape, gains).prop_map(|(shape, (k1, b1, k2, b2, k3, mass_kg, damping))| {
-        let (distributed, users, n, ratio, [grounded, average, euler, on_arrival, wall, uneven]) = shape;
+        let (distributed, users, n, ratio, coordination, [grounded, euler, on_arrival, wall, uneven]) = shape;
         let name = if distributed { "single-axis" } else { "single-axis-centralized" };
         let mut scene = cotouch_scene::load(name, &[]).unwrap();
         scene = cotouch_scene::with_override(&scene, "session.users", f64::from(users)).unwrap();
@@ -59,7 +60,7 @@ fn any_scene() -> impl Strategy<Value = Scene> {
             scene.object.damping_n_s_per_m = if euler { 0.0 } else { damping };
             scene.link.delay_periods = n;
             scene.hand.stiffness_n_per_m = if grounded { 100.0 } else { 0.0 };
-            scene.session.coordination = if average { Coordination::Average } else { Coordination::Pairwise };
+            scene.session.coordination = coordination;
             scene.session.integrator =
                 if euler { Integrator::SemiImplicitEuler } else { Integrator::ExactHold };
             scene.link.play_out = if on_arrival { PlayOut::OnArrival } else { PlayOut::Scheduled };

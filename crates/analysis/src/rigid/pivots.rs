@@ -6,12 +6,10 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::coasting::Coasting;
+use super::null_space::{NEGLIGIBLE, null_space};
 use super::offsets::{Offsets, is_of_part};
 use crate::lift::layout::Layout;
 use crate::loop_spec::{LoopSpec, Signal, tick_of_step};
-
-/// What is as small as this, relative to the largest, is 0 but for rounding.
-const NEGLIGIBLE: f64 = 1e-10;
 
 /// A part of a loop in which something turns.
 pub(super) struct TurningPart<'a> {
@@ -189,13 +187,4 @@ fn apart_from(basis: &[DVector<f64>], vector: DVector<f64>) -> Option<DVector<f6
         }
     }
     rest.try_normalize(NOTHING)
-}
-
-/// Vectors that a matrix takes to 0.
-fn null_space(matrix: DMatrix<f64>) -> Vec<DVector<f64>> {
-    let decomposition = matrix.svd(false, true);
-    let small = decomposition.singular_values.amax() * NEGLIGIBLE;
-    let Some(right) = decomposition.v_t else { return Vec::new() };
-    let is_small = |&index: &usize| decomposition.singular_values[index] <= small;
-    (0..right.nrows()).filter(is_small).map(|index| right.row(index).transpose()).collect()
 }

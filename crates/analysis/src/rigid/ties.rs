@@ -36,11 +36,21 @@ impl Ties {
                 self.join(self.bodies + block.0, by);
             } else if let Some(body) = spec.body_of(term.motion) {
                 self.join(body.0, by);
+            } else if let Motion::Held(line) = term.motion
+                && let Some(force) = spec.lines[line.0].signal.force()
+            {
+                self.join_what_is_read(spec, force, by);
             }
         }
     }
 
-    /// Bodies that stiffnesses tie together in one direction.
+    /// The blocks of a body's group.
+    pub(super) fn blocks_beside(&self, body: usize) -> Vec<usize> {
+        let blocks = self.parent.len() - 1 - self.bodies;
+        (0..blocks).filter(|block| self.of(self.bodies + block) == self.of(body)).collect()
+    }
+
+    /// Bodies that stiffnesses tie together in one direction, but for what blocks do.
     pub(super) fn along(spec: &LoopSpec, axis: Dof, coasting: &[Vec<Coasting>]) -> Self {
         /// Gains that cancel but for rounding.
         const RELATIVE: f64 = 1e-13;
@@ -69,14 +79,6 @@ impl Ties {
             let is_relative = net.iter().all(|&(sum, largest): &(f64, f64)| sum.abs() <= RELATIVE * largest);
             if let Some(body) = first.filter(|_| !is_relative) {
                 ties.join(body, ground);
-            }
-        }
-        // What a block makes of a place is not looked into.
-        for term in spec.blocks.iter().flat_map(|block| &block.input.terms).filter(|term| term.gain != 0.0) {
-            if let Some(body) = spec.body_of(term.motion)
-                && spec.bodies[body.0].axes.get(term.number) == Some(&axis)
-            {
-                ties.join(body.0, ground);
             }
         }
         ties

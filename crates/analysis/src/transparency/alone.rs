@@ -7,8 +7,7 @@ use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use glam::DVec3;
 
 use crate::loop_spec::{
-    Action, Block, BlockId, Body, BodyId, Coupling, Dof, Dynamics, Force, Line, LineId, LoopSpec, Motion,
-    Signal, Term,
+    Action, Block, BlockId, Body, BodyId, Coupling, Dof, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 
 /// A loop, and the bodies of it on which a user's force acts.
@@ -93,18 +92,6 @@ impl Held {
             let term = |(component, &gain)| Term { component, motion, number: 0, gain };
             self.spec
                 .act(*body, Coupling { components, terms: shares.iter().enumerate().map(term).collect() });
-        }
-    }
-}
-
-impl Dynamics {
-    /// One of a body's positions and velocities, in its continuous states.
-    pub(super) fn output(&self, number: usize) -> Vec<(usize, f64)> {
-        match self {
-            Self::Plant(plant) | Self::Sensed { plant, .. } => {
-                plant.c.row(number).iter().copied().enumerate().collect()
-            }
-            Self::Mass { .. } | Self::Rigid { .. } => vec![(number, 1.0)],
         }
     }
 }

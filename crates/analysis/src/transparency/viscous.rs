@@ -74,3 +74,6 @@ impl Viscous {
 fn spec(line: &SceneValues) -> LoopSpec {
     crate::compile::compile(line).swap_remove(0).spec
 }
+
+#[cfg(test)]
+mod tests;

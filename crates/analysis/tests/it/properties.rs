@@ -3,8 +3,8 @@
 use cotouch_analysis::loop_spec::LoopSpec;
 use cotouch_analysis::{analyze, analyze_loop, compile, eigenvalues, spectral_radius};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, Architecture, Coordination};
-use cotouch_testkit::scenes::{any_scene, edited, spring, table_6_1, with_ratio, with_users};
+use cotouch_scene::scene::{Action, Architecture};
+use cotouch_testkit::scenes::{any_scene, coordinations, edited, spring, table_6_1, with_ratio, with_users};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
@@ -103,7 +103,7 @@ fn where_the_round_trip_is_split_changes_no_eigenvalue() {
 
 #[test]
 fn sixteen_users_are_tractable() {
-    for coordination in [Coordination::Pairwise, Coordination::Average] {
+    for coordination in coordinations() {
         let scene = edited(&with_users(table_6_1(Architecture::Distributed), 16), |scene| {
             scene.session.coordination = coordination;
             scene.link.delay_periods = 2;

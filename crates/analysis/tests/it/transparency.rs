@@ -7,7 +7,7 @@ use cotouch_analysis::transparency::{
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Scene, VelocityEstimate};
-use cotouch_testkit::scenes::{edited, spring, table_6_1, with_ratio, with_users};
+use cotouch_testkit::scenes::{coordinations, edited, spring, table_6_1, with_ratio, with_users};
 use nalgebra::Complex;
 use proptest::prelude::*;
 
@@ -338,7 +338,7 @@ fn a_whole_number_of_ticks_is_no_special_case() {
 
 #[test]
 fn names_and_numbers_of_users_do_not_matter() {
-    for coordination in [Coordination::Pairwise, Coordination::Average] {
+    for coordination in coordinations() {
         let scene = edited(&with_users(table_6_1(Architecture::Distributed), 4), |scene| {
             scene.session.coordination = coordination;
             scene.link.delay_periods = 1;

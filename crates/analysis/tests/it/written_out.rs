@@ -2,8 +2,10 @@
 
 use crate::naive::Simulation;
 use cotouch_analysis::{LiftedMap, compile};
-use cotouch_scene::scene::{Action, Architecture, Coordination, Integrator, PlayOut, Scene, WallSides};
-use cotouch_testkit::scenes::{edited, latency, spring, table_6_1, way, with_ratio, with_users};
+use cotouch_scene::scene::{Action, Architecture, Integrator, PlayOut, Scene, WallSides};
+use cotouch_testkit::scenes::{
+    coordinations, edited, latency, spring, table_6_1, way, with_ratio, with_users,
+};
 
 const BOTH: [Architecture; 2] = [Architecture::Distributed, Architecture::Centralized];
 
@@ -87,7 +89,7 @@ fn rates_that_do_not_divide() {
 #[test]
 fn hands_walls_and_coordination() {
     for architecture in BOTH {
-        for coordination in [Coordination::Pairwise, Coordination::Average] {
+        for coordination in coordinations() {
             for sides in [WallSides::Two, WallSides::One] {
                 let scene = edited(&with_users(furnished(architecture), 3), |scene| {
                     scene.session.coordination = coordination;

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use cotouch_scene::limits::{MAX_CHANNEL_MEMORY, MAX_CHANNEL_VECTORS};
+use cotouch_scene::scene::Coordination;
 use cotouch_scene::{Override, load};
 use cotouch_world::BodyState;
 use cotouch_world::LinearBlock;
@@ -14,7 +15,7 @@ use nalgebra::{DMatrix, DVector};
 /// Every scheme that a scene can name, with the gains of both kinds of channel.
 fn schemes() -> Vec<Arc<dyn Scheme>> {
     let mut schemes = Vec::new();
-    for name in ["pairwise", "average"] {
+    for name in Coordination::WORDS {
         let named: Override = format!("session.coordination={name}").parse().unwrap();
         let scene = load("grasp", &[named]).unwrap();
         let named = gains(&scene.coupling).map(|gains| scheme(&scene, gains));
@@ -170,7 +171,11 @@ fn steps_and_blocks_are_the_same_map() {
 
 #[test]
 fn an_average_counts_every_copy_that_is_there_and_a_pair_counts_fully() {
-    let [pairwise, _, average, _] = &schemes()[..] else { panic!("two schemes, two kinds of channel") };
+    let gains = CouplingGains { stiffness: 200.0, damping: 3.0 };
+    let [pairwise, average] = ["pairwise", "average"].map(|name| {
+        let named: Override = format!("session.coordination={name}").parse().unwrap();
+        scheme(&load("grasp", &[named]).unwrap(), gains)
+    });
     for present in [0.0, 0.25, 1.0, 15.0] {
         assert_eq!(pairwise.weight(present), 1.0);
         assert_eq!(average.weight(present), 1.0 / (1.0 + present));
