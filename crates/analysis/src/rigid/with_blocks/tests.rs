@@ -112,7 +112,6 @@ fn grasps_have_the_poles_of_their_maps() {
                 let of = |verdict: &LoopStability| (verdict.rigid_body_poles, verdict.loose_parts);
                 if filtered == Filtered::Apart {
                     assert_eq!(of(&known), of(&found), "{:?}", mode.contacts);
-                    assert_eq!(known.stable, found.stable, "{:?} {}", mode.contacts, found.spectral_radius);
                 }
             }
         }
