@@ -36,6 +36,7 @@ mod mailbox;
 mod messages;
 pub mod monitor;
 pub mod network_threads;
+pub mod observer;
 mod options;
 mod pointer;
 mod priority;
