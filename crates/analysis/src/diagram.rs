@@ -1,13 +1,14 @@
 //! Sampled-data block diagrams: any linear loop of plants, computers and the ways between them, at any rational rates.
 //!
-//! [`crate::loop_spec::LoopSpec`] describes what scenes compile to: bodies, springs and delay lines on one schedule. A
-//! [`Diagram`] is more general, and each of those is one ([`crate::loop_spec::LoopSpec::to_diagram`]):
+//! [`LoopSpec`] describes what scenes compile to, and is what one writes where everything happens at ticks of one clock; a
+//! [`Diagram`] is for loops in which something happens between them, at other phases or after delays of any rational
+//! length, and is what the independent routes run on: each loop spec is one ([`LoopSpec::to_diagram`]).
 //!
 //! ```text
 //! plant           ẋ = A·x + B·u,  y = C·x          u(t) is what its sources hold: constant or linear from instant to instant
 //! linear block    y_k = C·x_k + D·u_k,  x_{k+1} = A·x_k + B·u_k        at each instant t_k of its clock
 //! weights         u_k = Σ_i w_i·u(t_k + i·T/N)                         the input of a block, of several samples
-//! first-order hold  y(t) = u_{k−1} + (u_k − u_{k−1})·(t − t_k)/T       linear between values, one period late (paper §3.4)
+//! first-order hold  y(t) = u_{k−1} + (u_k − u_{k−1})·(t − t_k)/T       linear between values, one period late (Barbagli et al. 2003, §3.4)
 //! wire            u = Σ G·y
 //! ```
 //!
@@ -42,7 +43,6 @@ mod check;
 mod clock;
 mod elements;
 mod error;
-mod hand_on_local_model;
 mod held_plant;
 mod layout;
 mod lower;
@@ -64,7 +64,6 @@ use check::Checked;
 pub use crate::plant::Plant;
 pub use clock::Clock;
 pub use error::{DiagramError, Misfit};
-pub use hand_on_local_model::{hand_on_local_model, hand_on_weighted_local_model};
 pub use model::{Diagram, DiagramBlock, DiagramBlockId, Element, Law, Sampled, Wire};
 pub use time::{Time, TimeError};
 

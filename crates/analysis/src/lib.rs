@@ -25,8 +25,9 @@
 //! A [`diagram`] describes any sampled-data loop: continuous plants, discrete blocks with periods and phases of their own,
 //! samplers, holds, delays of any rational length. Every loop lowers to one, and three routes that share no more than the
 //! description lift it: instant by instant, by the direct state-space method (4.12)–(4.30), and by subsystem resampling
-//! (4.1)–(4.11). Local models on slowly simulated objects are in [`local_model`] (Barbagli et al. 2003, §2–3); with a
-//! hand that is free to move they are a diagram. Whole sessions around a soft body, hands, network and slow simulation
+//! (4.1)–(4.11). One writes a loop spec where everything happens at ticks, and a diagram where something happens between
+//! them: at another phase, or after a delay that is no whole number of ticks. Local models on slowly simulated objects are
+//! in [`local_model`] (Barbagli et al. 2003, §2–3). Whole sessions around a soft body, hands, network and slow simulation
 //! together, are in [`soft`].
 //!
 //! # Example

@@ -19,161 +19,40 @@
 //! is. Without an integral it is `z + h` (4). An integrator that is not there has no pole: radii do not tend to P's as
 //! INT → 0.
 //!
-//! [`SlowLoop`] gives both this closed form and an exact lift of the loop, tick by tick; [`with_hand`] lifts haptic and
-//! simulation loop together; [`simulation`] has the thresholds (10), (11) and the drain of §3.5.
+//! [`SimulationLoop`] gives both this closed form and an exact lift of the loop, tick by tick; [`hand_on_local_model`] is haptic
+//! and simulation loop together; [`Simulation`] has the thresholds (10), (11) and the drain of §3.5.
 //!
 //! # Example
 //! Gains that (9) of Barbagli et al. 2003 calls stable, and that its own algorithm (the mean goes to the simulation)
 //! makes unstable:
 //!
 //! ```
-//! use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
-//! let gains = LocalModel::new(1200.0, 600.0, 1000.0).unwrap();
-//! let radius = |force| SlowLoop::new(50, force, SurfaceHold::Zero).unwrap().spectral_radius(&gains);
+//! use cotouch_analysis::local_model::{PiLocalModel, SimulationLoop};
+//! use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
+//! let gains = PiLocalModel::new(1200.0, 600.0, 1000.0).unwrap();
+//! let radius = |force| SimulationLoop::new(50, force, SurfaceHold::Zero).unwrap().spectral_radius(&gains);
 //! assert!(radius(ReturnedForce::First) < 1.0);
 //! assert!(radius(ReturnedForce::Mean) > 1.0);
 //! ```
 
-pub mod choose;
+mod choose;
 mod clip;
-pub mod contacts;
-pub mod polynomial;
-pub mod region;
-pub mod simulation;
-mod slow_loop;
-pub mod step;
-pub mod with_hand;
+mod contacts;
+mod error;
+mod gains;
+mod polynomial;
+mod region;
+mod simulation;
+mod simulation_loop;
+mod step;
+mod with_hand;
 
-pub use slow_loop::SlowLoop;
-
-use crate::eigenvalues::EigenvalueError;
-
-/// Which force of a slow period goes to the simulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ReturnedForce {
-    /// Of its first tick: Barbagli et al.'s equations.
-    First,
-    /// The mean of all ticks: Barbagli et al.'s algorithm, Step 3.
-    Mean,
-    /// Of its last tick.
-    Last,
-}
-
-/// How the surface moves between two results of the simulation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum SurfaceHold {
-    /// It jumps (2).
-    Zero,
-    /// It moves linearly, one period late (§3.4).
-    First,
-}
-
-/// A PI local model on an elastic object: gains that are 0 or more, a stiffness above 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocalModel {
-    kh_n_per_m: f64,
-    int_n_per_m: f64,
-    ko_n_per_m: f64,
-}
-
-/// Gains beyond this many times K_o say nothing.
-const LARGEST_RATIO: f64 = 1e12;
-
-impl LocalModel {
-    /// K_h, INT = N·T·I and K_o, all in N/m.
-    ///
-    /// # Errors
-    /// When a gain is negative or not finite, K_o is not positive, or a gain is beyond 10¹²·K_o.
-    pub fn new(kh_n_per_m: f64, int_n_per_m: f64, ko_n_per_m: f64) -> Result<Self, LocalModelError> {
-        if !(ko_n_per_m.is_finite() && ko_n_per_m > 0.0) {
-            return Err(LocalModelError::Stiffness(ko_n_per_m));
-        }
-        for (name, gain) in [("K_h", kh_n_per_m), ("INT", int_n_per_m)] {
-            if !(gain >= 0.0 && gain / ko_n_per_m <= LARGEST_RATIO) {
-                return Err(LocalModelError::Gain(name, gain));
-            }
-        }
-        Ok(Self { kh_n_per_m, int_n_per_m, ko_n_per_m })
-    }
-
-    /// K_h, N/m.
-    #[must_use]
-    pub const fn kh_n_per_m(&self) -> f64 {
-        self.kh_n_per_m
-    }
-
-    /// INT, N/m.
-    #[must_use]
-    pub const fn int_n_per_m(&self) -> f64 {
-        self.int_n_per_m
-    }
-
-    /// K_o, N/m.
-    #[must_use]
-    pub const fn ko_n_per_m(&self) -> f64 {
-        self.ko_n_per_m
-    }
-
-    /// h = K_h/K_o.
-    #[must_use]
-    pub fn proportional(&self) -> f64 {
-        self.kh_n_per_m / self.ko_n_per_m
-    }
-
-    /// i = INT/K_o.
-    #[must_use]
-    pub fn integral(&self) -> f64 {
-        self.int_n_per_m / self.ko_n_per_m
-    }
-
-    /// The same gains on an object that gives way `factor` (above 0) times as much.
-    #[must_use]
-    pub fn on_softer(&self, factor: f64) -> Self {
-        Self { ko_n_per_m: self.ko_n_per_m / factor, ..*self }
-    }
-
-    /// Share of the hand's travel that the surface makes in the end: (5), and all of it with an integral.
-    #[must_use]
-    pub fn steady_share(&self) -> f64 {
-        if self.int_n_per_m > 0.0 { 1.0 } else { self.kh_n_per_m / (self.kh_n_per_m + self.ko_n_per_m) }
-    }
-}
-
-/// Why there is no answer about a local model.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum LocalModelError {
-    /// K_o.
-    #[error("K_o must be a stiffness above 0 N/m; found {0}")]
-    Stiffness(f64),
-    /// K_h or INT.
-    #[error("{0} must be 0 N/m or more, and at most 10¹² times K_o; found {1}")]
-    Gain(&'static str, f64),
-    /// N.
-    #[error("a slow period has 1 to {MAX_TICKS} haptic ticks; found {0}")]
-    Ratio(usize),
-    /// Weights of the returned force.
-    #[error("the weights of the returned force must be finite numbers that sum to 1; they sum to {0}")]
-    Weights(f64),
-    /// The step of the hand, periods, thresholds, …
-    #[error("{what} must be {allowed}; found {found}")]
-    Number {
-        /// In words, with the unit.
-        what: &'static str,
-        /// Likewise.
-        allowed: &'static str,
-        /// What was given.
-        found: f64,
-    },
-    /// A response of too many ticks.
-    #[error("a response of {0:.3e} haptic ticks is asked for; at most {1:e} are computed")]
-    TooLong(f64, f64),
-    /// The compliance of contacts.
-    #[error("a joint compliance must be a symmetric, positive definite matrix: {0}")]
-    Compliance(String),
-    /// No eigenvalues.
-    #[error(transparent)]
-    Eigenvalues(#[from] EigenvalueError),
-}
-
-/// Haptic ticks in a slow period, at most.
-const MAX_TICKS: usize = 10_000;
+pub use choose::{ChosenGains, choose};
+pub use contacts::{Compliances, worst_spectral_radius};
+pub use error::LocalModelError;
+pub use gains::PiLocalModel;
+pub use region::{StableGains, stable_int, stable_kh};
+pub use simulation::{ContactSides, Simulation, SimulationSample, SimulationState, Threshold};
+pub use simulation_loop::SimulationLoop;
+pub use step::{HandStep, StepResponse};
+pub use with_hand::{Hand, hand_on_local_model, hand_spectral_radius};

@@ -16,6 +16,7 @@
 //! Each vector is checked against the map before it is deflated.
 
 mod coasting;
+mod offsets;
 mod pivots;
 mod ties;
 
@@ -25,6 +26,7 @@ use nalgebra::{DMatrix, DVector};
 use crate::lift::layout::Layout;
 use crate::loop_spec::{Coupling, Delay, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
 use coasting::{Coasting, coasting};
+use offsets::{Offsets, is_of_part};
 use pivots::Part;
 use ties::Ties;
 
@@ -218,7 +220,7 @@ impl Direction<'_> {
                             }
                         }
                     }
-                    Signal::Force(coupling) if self.reads(coupling, part) => {
+                    Signal::Force(coupling) if is_of_part(spec, coupling, part) => {
                         let mut force = self.lag_force(coupling);
                         offsets.add_force(spec, coupling, &mut force);
                         vector.rows_mut(place, coupling.components).copy_from(&force);
@@ -239,17 +241,13 @@ impl Direction<'_> {
         })
     }
 
-    fn reads(&self, coupling: &Coupling, part: &[usize]) -> bool {
-        is_of_part(self.spec, coupling, part)
-    }
-
     /// Offsets at which the forces on every body of a part are in balance, where there are some.
     fn offsets(&self, part: &[usize]) -> Option<Offsets> {
         let spec = self.spec;
         let acts = |body: usize| part.contains(&body);
         for line in &spec.lines {
             if let Signal::Force(coupling) = &line.signal
-                && self.reads(coupling, part)
+                && is_of_part(spec, coupling, part)
                 && !self.is_steady(coupling, true)
             {
                 return None;
@@ -329,50 +327,6 @@ impl Direction<'_> {
         match motion {
             Motion::Held(line) => tick - sampled_at(self.spec, self.spec.lines[line.0].delay, tick),
             Motion::Ground | Motion::Current(_) | Motion::Output(_) => 0,
-        }
-    }
-}
-
-/// Whether a force depends on bodies of a part.
-fn is_of_part(spec: &LoopSpec, coupling: &Coupling, part: &[usize]) -> bool {
-    let of_part = |motion| spec.body_of(motion).is_some_and(|body| part.contains(&body.0));
-    coupling.terms.iter().any(|term| of_part(term.motion))
-}
-
-/// Constant positions of the bodies of a part.
-struct Offsets {
-    /// For each body, the place of its first value; too large for bodies of other parts.
-    first: Vec<usize>,
-    values: DVector<f64>,
-}
-
-impl Offsets {
-    fn new(spec: &LoopSpec, part: &[usize]) -> Self {
-        let mut first = vec![usize::MAX; spec.bodies.len()];
-        let mut size = 0;
-        for &body in part {
-            first[body] = size;
-            size += spec.bodies[body].axes.len();
-        }
-        Self { first, values: DVector::zeros(size) }
-    }
-
-    fn of(&self, body: usize, number: usize) -> f64 {
-        self.values[self.first[body] + number]
-    }
-
-    /// Where the value lies that a position of a motion has.
-    fn place(&self, spec: &LoopSpec, motion: Motion, number: usize) -> Option<usize> {
-        let body = spec.body_of(motion)?;
-        let is_position = number < spec.bodies[body.0].axes.len();
-        (is_position && self.first[body.0] != usize::MAX).then(|| self.first[body.0] + number)
-    }
-
-    fn add_force(&self, spec: &LoopSpec, coupling: &Coupling, force: &mut DVector<f64>) {
-        for term in &coupling.terms {
-            if let Some(place) = self.place(spec, term.motion, term.number) {
-                force[term.component] += term.gain * self.values[place];
-            }
         }
     }
 }

@@ -1,13 +1,38 @@
-//! Which sets of contacts are analysed.
+//! A loop for each set of contacts that is analysed.
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::SceneValues;
 
-use super::{ContactMode, compile_at};
+use super::session::compile_at;
+use crate::loop_spec::LoopSpec;
 use crate::operating_point::Settled;
 
 /// At most so many modes are analysed one by one.
 const MAX_MODES: usize = 256;
+
+/// The loop of a scene while a given set of switching contacts is closed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ContactMode {
+    /// The switching contacts that are closed, such as `["wall"]` or `["anna.finger1", "wall"]`. A two-sided wall and a
+    /// hand that is coupled to a point never switch.
+    pub contacts: Vec<String>,
+    /// Whether every finger that presses on something is in contact, and no wall is touched.
+    pub settled: bool,
+    /// The loop.
+    pub spec: LoopSpec,
+}
+
+/// The loops of a scene, one for each contact mode; the free one first.
+///
+/// Fingers that press on bodies with surfaces give a mode for each set of them; each wall gives these again with the
+/// body against it. Where a finger touches, it touches all copies of the body. Each mode is linear about the scene's
+/// settled grasp ([`crate::operating_point::OperatingPoint::settled_grasp`]), with forces that are in balance in that mode. A body without a
+/// surface, and a one-sided wall, give two modes: all copies of the object off it, and all against it. Links are taken
+/// with their constant latency; loss, jitter and rate limits are not part of the linear loop.
+#[must_use]
+pub fn compile(scene: &SceneValues) -> Vec<ContactMode> {
+    modes(scene).0
+}
 
 /// Every contact mode, the free one first, and what was left out, in plain sentences.
 pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {

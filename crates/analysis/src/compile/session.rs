@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotouch_scene::geometry::Pose;
+use cotouch_scene::mechanism::endpoint_inertia;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use cotouch_scene::scene::{
     Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
@@ -12,7 +13,6 @@ use cotouch_world::coordination::{self, Scheme, SchemeSize, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
 use super::channel::ChannelEnd;
-use super::endpoint_mass;
 use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, damp};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
@@ -27,8 +27,26 @@ use crate::operating_point::{
 /// to nanoseconds.
 const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
+/// The loop of a scene about a given operating point, with exactly its contacts closed, all of them sticking.
+///
+/// Forces that depend on nothing do not enter, so the point need not be at rest by itself: only its poses, anchors and
+/// contact forces count.
+///
+/// # Panics
+/// When the operating point names hosts, bodies, fingers or walls that the scene does not have.
+#[must_use]
+pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
+    Session::new(scene, point).spec
+}
+
+/// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
+fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
+    let start = scene.users[host.index()].fingers[usize::from(finger)].position_m;
+    endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
+}
+
 /// A session that is being written down.
-pub(super) struct Session<'a> {
+struct Session<'a> {
     scene: &'a SceneValues,
     point: &'a OperatingPoint,
     bodies: Vec<cotouch_scene::scene::Body>,
@@ -49,7 +67,7 @@ struct Touch {
 }
 
 impl<'a> Session<'a> {
-    pub(super) fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
+    fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
         let mut session = Self {
             scene,
             point,
@@ -81,10 +99,6 @@ impl<'a> Session<'a> {
             session.add_channel_blocks();
         }
         session
-    }
-
-    pub(super) fn into_spec(self) -> LoopSpec {
-        self.spec
     }
 
     /// A finger with its arm's and its tracking impedance, the governor's sampled damping, and what its sensor remembers.

@@ -49,7 +49,7 @@ impl Sampled {
         Self::zero_order_hold(clock, channels).after(delay)
     }
 
-    /// Moves linearly from one sample to the next, one period late (paper §3.4).
+    /// Moves linearly from one sample to the next, one period late (Barbagli et al. 2003, §3.4).
     #[must_use]
     pub fn first_order_hold(clock: Clock, channels: usize) -> Self {
         Self::new(clock, Law::FirstOrderHold { channels })
@@ -99,7 +99,7 @@ impl Sampled {
         Self::linear(clock, law)
     }
 
-    /// The weighted sum of the samples of each period of `clock`, put out at its end (paper §4, Step 3): as many evenly
+    /// The weighted sum of the samples of each period of `clock`, put out at its end (Barbagli et al. 2003, §4, Step 3): as many evenly
     /// spaced samples as there are weights, the first at the start of the period.
     #[must_use]
     pub fn average(clock: Clock, channels: usize, weights: Vec<f64>) -> Self {

@@ -1,15 +1,19 @@
 //! Gains whose slowest transient dies out fastest, over all stiffnesses that the object may have.
 
+use cotouch_scene::scene::SurfaceHold;
+
 use super::clip::clip;
 use super::contacts::{Compliances, worst_spectral_radius};
-use super::region::{half_planes, normalised, where_all_positive};
-use super::{LocalModel, LocalModelError, SlowLoop, SurfaceHold};
+use super::error::LocalModelError;
+use super::gains::PiLocalModel;
+use super::region::{half_planes, where_all_positive};
+use super::simulation_loop::SimulationLoop;
 
 /// Gains for an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct ChosenGains {
     /// The gains, on the object's nominal K_o.
-    pub model: LocalModel,
+    pub model: PiLocalModel,
     /// On the nominal K_o, one contact alone.
     pub spectral_radius: f64,
     /// The largest over all compliances that were asked for. Below 1 for any range that numbers can tell from infinite.
@@ -29,8 +33,12 @@ pub struct Choice {
 ///
 /// # Errors
 /// When K_o or the range is not positive.
-pub fn choose(slow_loop: &SlowLoop, ko_n_per_m: f64, range: Compliances) -> Result<Choice, LocalModelError> {
-    LocalModel::new(0.0, 0.0, ko_n_per_m)?;
+pub fn choose(
+    slow_loop: &SimulationLoop,
+    ko_n_per_m: f64,
+    range: Compliances,
+) -> Result<ChosenGains, LocalModelError> {
+    PiLocalModel::new(0.0, 0.0, ko_n_per_m)?;
     if !(range.least > 0.0 && range.least <= range.largest && range.largest.is_finite()) {
         let (what, allowed) = ("the least compliance of a range", "above 0 and at most the largest");
         return Err(LocalModelError::Number { what, allowed, found: range.least });
@@ -47,8 +55,8 @@ pub fn choose(slow_loop: &SlowLoop, ko_n_per_m: f64, range: Compliances) -> Resu
     // What rounding leaves of a gain that is not wanted.
     let [h, i] = [h, i].map(|gain| if gain < 1e-12 { 0.0 } else { gain });
     let scale = ko_n_per_m / range.largest;
-    let model = LocalModel::new(h * scale, i * scale, ko_n_per_m)?;
-    Ok(Choice {
+    let model = PiLocalModel::new(h * scale, i * scale, ko_n_per_m)?;
+    Ok(ChosenGains {
         model,
         spectral_radius: slow_loop.spectral_radius(&model),
         worst_spectral_radius: worst_spectral_radius(slow_loop, &model, range),
@@ -56,7 +64,7 @@ pub fn choose(slow_loop: &SlowLoop, ko_n_per_m: f64, range: Compliances) -> Resu
 }
 
 /// The middle of what is left of the polygon of gains when the radius can fall no more.
-fn by_bisection(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
+fn by_bisection(slow_loop: &SimulationLoop, spread: Compliances) -> [f64; 2] {
     const LARGEST: f64 = 8.0;
     let feasible = |radius: f64| {
         let square = vec![[0.0, 0.0], [LARGEST, 0.0], [LARGEST, LARGEST], [0.0, LARGEST]];
@@ -79,7 +87,7 @@ fn by_bisection(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
 }
 
 /// INT by search; for each the least radius that some K_h keeps, by bisection, the K_h that keep one in closed form.
-fn by_search(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
+fn by_search(slow_loop: &SimulationLoop, spread: Compliances) -> [f64; 2] {
     const COARSE: u32 = 80;
     const LARGEST: f64 = 5.0;
     let radius = |i: f64| least_radius(slow_loop, spread, i).0;
@@ -97,10 +105,12 @@ fn by_search(slow_loop: &SlowLoop, spread: Compliances) -> [f64; 2] {
 
 /// The least radius with this INT (in units of the softest object's stiffness), and the K_h that reaches it. Where not
 /// even the unit circle can be kept, 1 and 0.
-fn least_radius(slow_loop: &SlowLoop, spread: Compliances, i: f64) -> (f64, f64) {
+fn least_radius(slow_loop: &SimulationLoop, spread: Compliances, i: f64) -> (f64, f64) {
     let feasible = |radius: f64| {
         let conditions = |h: f64| {
-            let on = |compliance| slow_loop.characteristic(&normalised(h * compliance, i * compliance));
+            let on = |compliance| {
+                slow_loop.characteristic(&PiLocalModel::normalised(h * compliance, i * compliance))
+            };
             let mut conditions = on(spread.least).jury(radius);
             conditions.extend(on(spread.largest).jury(radius));
             conditions

@@ -2,7 +2,9 @@
 
 use nalgebra::DMatrix;
 
-use super::{LocalModel, LocalModelError, SlowLoop};
+use super::error::LocalModelError;
+use super::gains::PiLocalModel;
+use super::simulation_loop::SimulationLoop;
 
 /// Compliances of the ways in which contacts move together, relative to 1/K_o: their largest and least.
 ///
@@ -87,7 +89,7 @@ impl Compliances {
 /// pair with |z|² = c·(i−g), which rises, and part left of the zero, where the outer one goes to −∞. (Under a
 /// first-order hold this is checked by scanning, in the tests.)
 #[must_use]
-pub fn worst_spectral_radius(slow_loop: &SlowLoop, model: &LocalModel, range: Compliances) -> f64 {
+pub fn worst_spectral_radius(slow_loop: &SimulationLoop, model: &PiLocalModel, range: Compliances) -> f64 {
     [range.least, range.largest]
         .into_iter()
         .map(|compliance| slow_loop.spectral_radius(&model.on_softer(compliance)))

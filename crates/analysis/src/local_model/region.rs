@@ -1,12 +1,16 @@
 //! The stability area in (K_h, INT), and the volume over K_o (Figs 10 and 11).
 
+use cotouch_scene::scene::SurfaceHold;
+
 use super::clip::{HalfPlane, area, clip};
-use super::{LocalModel, SlowLoop, SurfaceHold};
+use super::gains::PiLocalModel;
+use super::polynomial::Polynomial;
+use super::simulation_loop::SimulationLoop;
 
 /// The gains for which the slow loop is stable, K_h ≥ 0 and INT ≥ 0, on one object. On the side INT = 0, where the loop
 /// has no integral, it is P's range.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Region {
+pub struct StableGains {
     /// Corners `[K_h, INT]` in N/m, in order, closed by itself. Straight sides under a zero-order hold; under a
     /// first-order hold points on the curved boundary.
     pub boundary: Vec<[f64; 2]>,
@@ -17,10 +21,10 @@ const LARGEST: f64 = 64.0;
 /// Values of INT at which a curved boundary is computed.
 const ROWS: usize = 400;
 
-impl Region {
+impl StableGains {
     /// On an object of K_o N/m (above 0).
     #[must_use]
-    pub fn new(slow_loop: &SlowLoop, ko_n_per_m: f64) -> Self {
+    pub fn new(slow_loop: &SimulationLoop, ko_n_per_m: f64) -> Self {
         let normalised = match slow_loop.hold() {
             SurfaceHold::Zero => polygon(slow_loop),
             SurfaceHold::First => row_by_row(slow_loop),
@@ -45,16 +49,16 @@ impl Region {
 /// The intervals of K_h ≥ 0 for which the slow loop is stable at this INT, N/m, in closed form: Jury's conditions are
 /// polynomials of K_h of degree 1 or 2. Gains are looked for up to 64·K_o.
 #[must_use]
-pub fn stable_kh(slow_loop: &SlowLoop, int_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
+pub fn stable_kh(slow_loop: &SimulationLoop, int_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
     let i = int_n_per_m / ko_n_per_m;
-    in_newtons_per_metre(intervals(slow_loop, |h| normalised(h, i)), ko_n_per_m)
+    in_newtons_per_metre(intervals(slow_loop, |h| PiLocalModel::normalised(h, i)), ko_n_per_m)
 }
 
 /// The intervals of INT > 0 for which the slow loop is stable at this K_h, N/m, likewise.
 #[must_use]
-pub fn stable_int(slow_loop: &SlowLoop, kh_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
+pub fn stable_int(slow_loop: &SimulationLoop, kh_n_per_m: f64, ko_n_per_m: f64) -> Vec<(f64, f64)> {
     let h = kh_n_per_m / ko_n_per_m;
-    in_newtons_per_metre(intervals(slow_loop, |i| normalised(h, i)), ko_n_per_m)
+    in_newtons_per_metre(intervals(slow_loop, |i| PiLocalModel::normalised(h, i)), ko_n_per_m)
 }
 
 fn in_newtons_per_metre(relative: Vec<(f64, f64)>, ko_n_per_m: f64) -> Vec<(f64, f64)> {
@@ -62,7 +66,7 @@ fn in_newtons_per_metre(relative: Vec<(f64, f64)>, ko_n_per_m: f64) -> Vec<(f64,
 }
 
 /// Where the loop is stable as one gain grows from 0, in units of K_o.
-fn intervals(slow_loop: &SlowLoop, model: impl Fn(f64) -> LocalModel) -> Vec<(f64, f64)> {
+fn intervals(slow_loop: &SimulationLoop, model: impl Fn(f64) -> PiLocalModel) -> Vec<(f64, f64)> {
     where_all_positive(|gain| slow_loop.characteristic(&model(gain)).jury(1.0))
 }
 
@@ -90,11 +94,6 @@ pub(super) fn where_all_positive(conditions: impl Fn(f64) -> Vec<f64>) -> Vec<(f
     found
 }
 
-/// Gains in units of K_o.
-pub(super) fn normalised(h: f64, i: f64) -> LocalModel {
-    LocalModel { kh_n_per_m: h, int_n_per_m: i, ko_n_per_m: 1.0 }
-}
-
 /// Real roots of `a·x² + b·x + c`, coefficients of the size of 1.
 fn roots(a: f64, b: f64, c: f64) -> Vec<f64> {
     const ROUNDING: f64 = 1e-13;
@@ -110,7 +109,7 @@ fn roots(a: f64, b: f64, c: f64) -> Vec<f64> {
 }
 
 /// Under a zero-order hold Jury's conditions are straight lines.
-fn polygon(slow_loop: &SlowLoop) -> Vec<[f64; 2]> {
+fn polygon(slow_loop: &SimulationLoop) -> Vec<[f64; 2]> {
     let square = vec![[0.0, 0.0], [LARGEST, 0.0], [LARGEST, LARGEST], [0.0, LARGEST]];
     half_planes(slow_loop, 1.0, 1.0)
         .into_iter()
@@ -119,12 +118,12 @@ fn polygon(slow_loop: &SlowLoop) -> Vec<[f64; 2]> {
 
 /// Jury's conditions on `[K_h, INT]` (in units of K_o) under a zero-order hold, for all eigenvalues to lie inside
 /// `radius` on an object that gives way `compliance` times as much.
-pub(super) fn half_planes(slow_loop: &SlowLoop, compliance: f64, radius: f64) -> Vec<HalfPlane> {
+pub(super) fn half_planes(slow_loop: &SimulationLoop, compliance: f64, radius: f64) -> Vec<HalfPlane> {
     let m = slow_loop.first_moment();
     let conditions = |h: f64, i: f64| {
         let (h, i) = (h * compliance, i * compliance);
         let g = h + m * i;
-        super::polynomial::Polynomial::monic(&[i - g, g - 1.0]).jury(radius)
+        Polynomial::monic(&[i - g, g - 1.0]).jury(radius)
     };
     (0..conditions(0.0, 0.0).len())
         .map(|index| HalfPlane::where_not_negative(|h, i| conditions(h, i)[index]))
@@ -132,9 +131,9 @@ pub(super) fn half_planes(slow_loop: &SlowLoop, compliance: f64, radius: f64) ->
 }
 
 /// Under a first-order hold the boundary is curved; its points are exact, in closed form.
-fn row_by_row(slow_loop: &SlowLoop) -> Vec<[f64; 2]> {
+fn row_by_row(slow_loop: &SimulationLoop) -> Vec<[f64; 2]> {
     let widest = |i: f64| {
-        intervals(slow_loop, |h| normalised(h, i))
+        intervals(slow_loop, |h| PiLocalModel::normalised(h, i))
             .into_iter()
             .max_by(|one, other| (one.1 - one.0).total_cmp(&(other.1 - other.0)))
     };

@@ -7,16 +7,20 @@
 //! surface is no speed. The third line of (11) as printed, `θ̄₂/I_tot`, falls as the integral grows, while the text
 //! says that θ "grows linearly … up to a certain limit"; here it is `θ̄₂·I_tot/Ī_tot`, which meets the fourth line.
 
-use super::{LocalModel, LocalModelError, SlowLoop, SurfaceHold};
+use cotouch_scene::scene::SurfaceHold;
+
+use super::error::LocalModelError;
+use super::gains::PiLocalModel;
+use super::simulation_loop::SimulationLoop;
 
 /// What happens where the hand is above the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Contact {
+pub enum ContactSides {
     /// Nothing else: the local model pulls.
     TwoSided,
     /// Force and integral are never negative.
     OneSided,
-    /// Contact is lost where `e ≤ 0`; the integral then falls to 0 linearly, over this time, s (§3.5). Force and
+    /// ContactSides is lost where `e ≤ 0`; the integral then falls to 0 linearly, over this time, s (§3.5). Force and
     /// integral are never negative.
     Drained {
         /// A small multiple of the slow period, says Barbagli et al. 2003. 0: at once.
@@ -45,16 +49,16 @@ pub enum Threshold {
 /// The loop's constants.
 #[derive(Clone, Debug)]
 pub struct Simulation {
-    model: LocalModel,
-    slow_loop: SlowLoop,
+    model: PiLocalModel,
+    slow_loop: SimulationLoop,
     period_s: f64,
-    contact: Contact,
+    contact: ContactSides,
     threshold: Threshold,
 }
 
 /// All that the loop remembers; at rest, the hand on the surface, by default.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct State {
+pub struct SimulationState {
     /// Tick within the slow period.
     tick: usize,
     /// The simulation's last result and the one before, m.
@@ -76,7 +80,7 @@ struct Leaving {
 
 /// One haptic tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct SimulationSample {
     /// x_h, m.
     pub hand_m: f64,
     /// m.
@@ -93,10 +97,10 @@ impl Simulation {
     /// # Errors
     /// When the period is not positive, or an interval or a threshold is negative or not finite.
     pub fn new(
-        model: LocalModel,
-        slow_loop: SlowLoop,
+        model: PiLocalModel,
+        slow_loop: SimulationLoop,
         period_s: f64,
-        contact: Contact,
+        contact: ContactSides,
         threshold: Threshold,
     ) -> Result<Self, LocalModelError> {
         let check = |what, found: f64, allowed, is_allowed: bool| {
@@ -108,7 +112,7 @@ impl Simulation {
         };
         let not_negative = |what, found: f64| check(what, found, "0 or more", found >= 0.0);
         check("the haptic period, s,", period_s, "above 0", period_s > 0.0)?;
-        if let Contact::Drained { interval_s } = contact {
+        if let ContactSides::Drained { interval_s } = contact {
             not_negative("the interval in which the integral is drained, s,", interval_s)?;
         }
         match threshold {
@@ -135,7 +139,7 @@ impl Simulation {
     }
 
     /// One haptic tick: reads the hand, gives the force, and at the end of a slow period lets the simulation answer.
-    pub fn tick(&self, state: &mut State, hand_m: f64) -> Sample {
+    pub fn tick(&self, state: &mut SimulationState, hand_m: f64) -> SimulationSample {
         let share = self.slow_loop.share_of_way(state.tick);
         let surface_m = share * state.now_m + (1.0 - share) * state.before_m;
         let error_m = hand_m - surface_m;
@@ -145,26 +149,26 @@ impl Simulation {
         self.integrate(state, error_m, hand_m);
         state.hand_m = Some(hand_m);
         self.return_force(state, force_n);
-        Sample { hand_m, surface_m, force_n, integral_n }
+        SimulationSample { hand_m, surface_m, force_n, integral_n }
     }
 
     /// All ticks of a trajectory of the hand, from rest.
-    pub fn run(&self, hand_m: impl IntoIterator<Item = f64>) -> Vec<Sample> {
-        let mut state = State::default();
+    pub fn run(&self, hand_m: impl IntoIterator<Item = f64>) -> Vec<SimulationSample> {
+        let mut state = SimulationState::default();
         hand_m.into_iter().map(|hand_m| self.tick(&mut state, hand_m)).collect()
     }
 
     fn force(&self, error_m: f64, integral_n: f64) -> f64 {
         match self.contact {
-            Contact::TwoSided => self.model.kh_n_per_m * error_m + integral_n,
-            Contact::OneSided => (self.model.kh_n_per_m * error_m + integral_n).max(0.0),
-            Contact::Drained { .. } => self.model.kh_n_per_m * error_m.max(0.0) + integral_n,
+            ContactSides::TwoSided => self.model.kh_n_per_m() * error_m + integral_n,
+            ContactSides::OneSided => (self.model.kh_n_per_m() * error_m + integral_n).max(0.0),
+            ContactSides::Drained { .. } => self.model.kh_n_per_m() * error_m.max(0.0) + integral_n,
         }
     }
 
     /// Starts or ends the drain.
-    fn notice_leaving(&self, state: &mut State, error_m: f64) {
-        let Contact::Drained { interval_s } = self.contact else { return };
+    fn notice_leaving(&self, state: &mut SimulationState, error_m: f64) {
+        let ContactSides::Drained { interval_s } = self.contact else { return };
         if error_m > 0.0 {
             state.leaving = None;
         } else if state.leaving.is_none() {
@@ -177,20 +181,20 @@ impl Simulation {
     }
 
     /// The integral at the next tick.
-    fn integrate(&self, state: &mut State, error_m: f64, hand_m: f64) {
+    fn integrate(&self, state: &mut SimulationState, error_m: f64, hand_m: f64) {
         if let Some(leaving) = &mut state.leaving {
             leaving.left = leaving.left.saturating_sub(1);
             state.integral_n = leaving.from_n * (leaving.left as f64 / leaving.ticks.max(1) as f64);
             return;
         }
-        let per_tick = self.model.int_n_per_m / self.slow_loop.ratio() as f64;
+        let per_tick = self.model.int_n_per_m() / self.slow_loop.ratio() as f64;
         state.integral_n += per_tick * (error_m - self.threshold(state, error_m, hand_m));
-        if self.contact != Contact::TwoSided {
+        if self.contact != ContactSides::TwoSided {
             state.integral_n = state.integral_n.max(0.0);
         }
     }
 
-    fn threshold(&self, state: &State, error_m: f64, hand_m: f64) -> f64 {
+    fn threshold(&self, state: &SimulationState, error_m: f64, hand_m: f64) -> f64 {
         if error_m <= 0.0 {
             return 0.0;
         }
@@ -205,7 +209,7 @@ impl Simulation {
     }
 
     /// Whether `ė < 0`.
-    fn is_leaving(&self, state: &State, hand_m: f64) -> bool {
+    fn is_leaving(&self, state: &SimulationState, hand_m: f64) -> bool {
         let hand_moved_m = hand_m - state.hand_m.unwrap_or(hand_m);
         let surface_moved_m = match self.slow_loop.hold() {
             SurfaceHold::Zero => 0.0,
@@ -215,12 +219,12 @@ impl Simulation {
     }
 
     /// The simulation's answer is used from the next period on.
-    fn return_force(&self, state: &mut State, force_n: f64) {
+    fn return_force(&self, state: &mut SimulationState, force_n: f64) {
         state.returned_n += self.slow_loop.weights()[state.tick] * force_n;
         state.tick += 1;
         if state.tick == self.slow_loop.ratio() {
             state.before_m = state.now_m;
-            state.now_m = state.returned_n / self.model.ko_n_per_m;
+            state.now_m = state.returned_n / self.model.ko_n_per_m();
             (state.tick, state.returned_n) = (0, 0.0);
         }
     }

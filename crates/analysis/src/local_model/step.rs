@@ -1,15 +1,17 @@
 //! How surface and force answer when the hand steps into the object (Figs 7–9).
 
-use super::simulation::{Contact, Sample, Simulation, State, Threshold};
-use super::{LocalModel, LocalModelError, SlowLoop};
+use super::error::LocalModelError;
+use super::gains::PiLocalModel;
+use super::simulation::{ContactSides, Simulation, SimulationSample, SimulationState, Threshold};
+use super::simulation_loop::SimulationLoop;
 
 /// A step of the hand at t = 0, from rest on the surface.
 #[derive(Clone, Debug)]
-pub struct Step {
+pub struct HandStep {
     /// Gains and object.
-    pub model: LocalModel,
+    pub model: PiLocalModel,
     /// N, returned force, hold.
-    pub slow_loop: SlowLoop,
+    pub slow_loop: SimulationLoop,
     /// T, s.
     pub period_s: f64,
     /// How far into the object, m.
@@ -22,7 +24,7 @@ pub struct Step {
 #[derive(Clone, Debug, PartialEq)]
 pub struct StepResponse {
     /// One for each haptic tick, from t = 0.
-    pub samples: Vec<Sample>,
+    pub samples: Vec<SimulationSample>,
     /// How it comes to rest.
     pub settling: Settling,
 }
@@ -49,7 +51,7 @@ const MAX_RECORDED: f64 = 5e6;
 /// Longest response that is waited for, ticks.
 const MAX_WAITED_FOR: f64 = 2e7;
 
-impl Step {
+impl HandStep {
     /// The response over `duration_s`, or over a time that shows it settle or grow, 1 to 20 s.
     ///
     /// # Errors
@@ -72,7 +74,7 @@ impl Step {
             let (what, allowed) = ("the step of the hand, m,", "above 0");
             return Err(LocalModelError::Number { what, allowed, found: self.input_m });
         }
-        let contact = if self.one_sided { Contact::OneSided } else { Contact::TwoSided };
+        let contact = if self.one_sided { ContactSides::OneSided } else { ContactSides::TwoSided };
         Simulation::new(self.model, self.slow_loop.clone(), self.period_s, contact, Threshold::None)
     }
 
@@ -85,7 +87,7 @@ impl Step {
         // Twenty more for what the powers of a multiple root have in front of them.
         let periods = if stable { OVER.ln() / spectral_radius.ln() + 20.0 } else { 400.0 };
         let ticks = (periods * self.slow_loop.ratio() as f64).min(MAX_WAITED_FOR) as u64;
-        let mut state = State::default();
+        let mut state = SimulationState::default();
         let (mut outside_5, mut outside_2, mut highest) = (None, None, 0.0_f64);
         for tick in 0..ticks {
             let deviation = simulation.tick(&mut state, self.input_m).surface_m - steady_state_m;

@@ -4,13 +4,21 @@
 //! is, for all hands together: a hand may hold as still as it likes. For one given hand it is neither necessary (a
 //! light, well damped one follows the surface) nor enough (one that swings on the local model sees a force that is a
 //! slow period old).
-//!
-//! `crate::diagram::hand_on_local_model` describes the same loop as a diagram; the two agree.
 
-use nalgebra::{DMatrix, Matrix3, RowDVector};
+use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part, Quantity};
+use cotouch_scene::scene::{SpringDamper, SurfaceHold};
+use cotouch_scene::time::{Rate, Schedule};
+use cotouch_world::LinearBlock;
+use nalgebra::DMatrix;
 
-use super::{LocalModel, LocalModelError, SlowLoop};
+use super::error::LocalModelError;
+use super::gains::PiLocalModel;
+use super::simulation_loop::SimulationLoop;
 use crate::eigenvalues::{eigenvalues, spectral_radius};
+use crate::loop_spec::{
+    Block, BlockId, Body, BodyId, Coupling, Delay, Dynamics, Hold, LINE, LoopSpec, Motion, Term,
+};
+use crate::plant::Plant;
 
 /// A hand with the device in it: `m·ẍ + b·ẋ + k·x = −F`, F held over each haptic tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -23,74 +31,104 @@ pub struct Hand {
     pub stiffness_n_per_m: f64,
 }
 
-impl Hand {
-    /// The exact map over one haptic tick: `[x, v]⁺ = A_D·[x, v] + B_D·F`, as 3×3 with F appended.
-    fn over_a_tick(&self, period_s: f64) -> Result<Matrix3<f64>, LocalModelError> {
-        let all = [self.mass_kg, self.damping_n_s_per_m, self.stiffness_n_per_m, period_s];
-        for (what, allowed, found, is_allowed) in [
-            ("the hand's mass, kg,", "above 0", self.mass_kg, self.mass_kg > 0.0),
-            ("the hand's damping, N·s/m,", "finite", self.damping_n_s_per_m, true),
-            ("the hand's stiffness, N/m,", "finite", self.stiffness_n_per_m, true),
-            ("the haptic period, s,", "above 0", period_s, period_s > 0.0),
-        ] {
-            if !(found.is_finite() && is_allowed) {
-                return Err(LocalModelError::Number { what, allowed, found });
-            }
-        }
-        let [mass, damping, stiffness, period_s] = all;
-        let continuous =
-            Matrix3::new(0.0, 1.0, 0.0, -stiffness / mass, -damping / mass, -1.0 / mass, 0.0, 0.0, 0.0);
-        Ok((continuous * period_s).exp())
-    }
-}
+const HAND: BodyId = BodyId(0);
+const SURFACE: BlockId = BlockId(0);
+const INTEGRAL: BlockId = BlockId(1);
 
-/// The exact map over one slow period of `[x_hand, v_hand, x_now, x_before, integral]`: m, m/s, the simulation's last
-/// result and the one before in m, and the integral's force in N (left out where INT = 0). The hand is sampled at every
-/// haptic tick.
+/// A hand on a PI local model on an elastic object, as one loop. Its state is the hand's position and speed in m and
+/// m/s, the last result of the simulation in m (under a first-order hold the one before, too), and, where INT is not
+/// 0, the integral's force in N.
+///
+/// ```text
+/// hand      m·ẍ_h + b·ẋ_h + k·x_h = −F, F held over each haptic tick
+/// local     F(k) = K_h·e(k) + I(k),  I(k+1) = I(k) + INT/N·e(k),  e = x_h − x_surface      Barbagli et al. 2003, (6)
+/// object    x_o = F_returned / K_o, computed every N ticks from the forces of the N ticks that just ended
+/// surface   x_o from then on, held for N ticks, or moving there linearly within N ticks
+/// ```
 ///
 /// # Errors
-/// When a number of the hand is not finite, or its mass or the haptic period T is not positive.
-pub fn lifted(
+/// When a number of the hand is not finite, its mass is not positive, or N periods of `fast` are no period of a rate.
+pub fn hand_on_local_model(
     hand: Hand,
-    model: &LocalModel,
-    slow_loop: &SlowLoop,
-    period_s: f64,
-) -> Result<DMatrix<f64>, LocalModelError> {
-    let tick = hand.over_a_tick(period_s)?;
-    let with_integral = model.int_n_per_m > 0.0;
-    let size = if with_integral { 5 } else { 4 };
-    let per_tick = model.int_n_per_m / slow_loop.ratio() as f64;
-    // Rows over the state at the start of the period.
-    let unit = |index: usize| RowDVector::from_fn(size, |_, column| f64::from(u8::from(column == index)));
-    let (mut position, mut velocity) = (unit(0), unit(1));
-    let mut integral = if with_integral { unit(4) } else { RowDVector::zeros(size) };
-    let mut returned = RowDVector::zeros(size);
-    for (index, &weight) in slow_loop.weights().iter().enumerate() {
-        let share = slow_loop.share_of_way(index);
-        let error = &position - unit(2) * share - unit(3) * (1.0 - share);
-        let force = &error * model.kh_n_per_m + &integral;
-        returned += &force * weight;
-        integral += error * per_tick;
-        let next =
-            |row: usize| &position * tick[(row, 0)] + &velocity * tick[(row, 1)] + &force * tick[(row, 2)];
-        (position, velocity) = (next(0), next(1));
-    }
-    let mut rows = vec![position, velocity, returned / model.ko_n_per_m, unit(2)];
+    model: &PiLocalModel,
+    simulation_loop: &SimulationLoop,
+    fast: Rate,
+) -> Result<LoopSpec, LocalModelError> {
+    let ratio = simulation_loop.ratio();
+    let frames = Schedule::new(fast, Rate::new(fast.numerator(), fast.denominator() * ratio as u64)?)?;
+    let mut spec = LoopSpec::new(Schedule::new(fast, fast)?);
+    spec.body(hand.body()?);
+    let with_integral = model.int_n_per_m() > 0.0;
+    let force = |sign: f64| {
+        let mut force = error(sign * model.kh_n_per_m());
+        if with_integral {
+            force.terms.push(term(Motion::Output(INTEGRAL), sign));
+        }
+        force
+    };
+    let surface = |age| Coordinate::Surface { host: HostIndex::FIRST, slot: 0, axis: Axis::X, age };
+    let compliance = LinearBlock::gain(DMatrix::from_element(1, 1, model.ko_n_per_m().recip()));
+    spec.block(Block {
+        outputs: vec![surface(1)],
+        weights: vec![simulation_loop.weights().to_vec()],
+        hold: match simulation_loop.hold() {
+            SurfaceHold::Zero => Hold::Zero,
+            SurfaceHold::First => Hold::First,
+        },
+        ..Block::sampled(frames, force(1.0), compliance, Delay::periods(1))
+    });
     if with_integral {
-        rows.push(integral);
+        let one = DMatrix::identity(1, 1);
+        let per_tick = DMatrix::from_element(1, 1, model.int_n_per_m() / ratio as f64);
+        let integrator = LinearBlock { a: one.clone(), b: per_tick, c: one, d: DMatrix::zeros(1, 1) };
+        spec.block(Block {
+            states: vec![Coordinate::Integral { host: HostIndex::FIRST, slot: 0 }],
+            ..Block::sampled(spec.schedule, error(1.0), integrator, Delay::NONE)
+        });
     }
-    Ok(DMatrix::from_rows(&rows))
+    spec.act(HAND, force(-1.0));
+    Ok(spec)
 }
 
-/// The largest absolute eigenvalue of [`lifted`].
+/// The largest absolute eigenvalue of [`hand_on_local_model`] over one slow period.
 ///
 /// # Errors
 /// As there, and when the eigenvalues are not found.
 pub fn hand_spectral_radius(
     hand: Hand,
-    model: &LocalModel,
-    slow_loop: &SlowLoop,
-    period_s: f64,
+    model: &PiLocalModel,
+    simulation_loop: &SimulationLoop,
+    fast: Rate,
 ) -> Result<f64, LocalModelError> {
-    Ok(spectral_radius(&eigenvalues(&lifted(hand, model, slow_loop, period_s)?)?))
+    let map = hand_on_local_model(hand, model, simulation_loop, fast)?.lift()?;
+    Ok(spectral_radius(&eigenvalues(&map.matrix)?))
+}
+
+impl Hand {
+    fn body(self) -> Result<Body, LocalModelError> {
+        let Self { mass_kg, damping_n_s_per_m, stiffness_n_per_m } = self;
+        for (what, allowed, found, is_allowed) in [
+            ("the hand's mass, kg,", "above 0", mass_kg, mass_kg > 0.0),
+            ("the hand's damping, N·s/m,", "finite", damping_n_s_per_m, true),
+            ("the hand's stiffness, N/m,", "finite", stiffness_n_per_m, true),
+        ] {
+            if !(found.is_finite() && is_allowed) {
+                return Err(LocalModelError::Number { what, allowed, found });
+            }
+        }
+        let own = |quantity| Coordinate::Own { host: HostIndex::FIRST, part: Part::HAND, quantity };
+        let plant = Plant::mass(mass_kg, SpringDamper { stiffness_n_per_m, damping_n_s_per_m });
+        let states = vec![own(Quantity::Position(Axis::X)), own(Quantity::Velocity(Axis::X))];
+        Ok(Body { states, axes: LINE, dynamics: Dynamics::Plant(plant) })
+    }
+}
+
+/// `gain·e`.
+fn error(gain: f64) -> Coupling {
+    let terms = vec![term(Motion::Current(HAND), gain), term(Motion::Output(SURFACE), -gain)];
+    Coupling { components: 1, terms }
+}
+
+const fn term(motion: Motion, gain: f64) -> Term {
+    Term { component: 0, motion, number: 0, gain }
 }

@@ -6,8 +6,8 @@ use cotouch_scene::scene::{Action, Architecture, Body, SceneValues, Space, Sprin
 use glam::{DMat3, DVec3};
 
 use super::faces::{Place, corners_at_wall, has_surface, place};
+use super::point::{CornerContact, FingerContact, OperatingPoint};
 use super::statics::{Push, balance};
-use super::{CornerContact, FingerContact, OperatingPoint};
 use crate::contact::Gains;
 
 /// A finger that stands its ground touches a body when it starts nearer to it than this.
@@ -122,6 +122,16 @@ impl Settled {
             }
         }
         point
+    }
+}
+
+impl OperatingPoint {
+    /// The settled grasp of a scene: every finger that presses on a body in contact, no wall touched.
+    #[must_use]
+    pub fn settled_grasp(scene: &SceneValues) -> Self {
+        let settled = Settled::of(scene);
+        let all: Vec<usize> = (0..settled.grips.len()).collect();
+        settled.point(scene, &all, &settled.always())
     }
 }
 

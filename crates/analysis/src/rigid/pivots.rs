@@ -6,7 +6,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::coasting::Coasting;
-use super::{Offsets, is_of_part};
+use super::offsets::{Offsets, is_of_part};
 use crate::lift::layout::Layout;
 use crate::loop_spec::{LoopSpec, Signal, tick_of_step};
 

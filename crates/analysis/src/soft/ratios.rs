@@ -146,7 +146,7 @@ mod tests {
     use cotouch_testkit::scenes::local_model_kinds;
 
     use super::*;
-    use crate::local_model::{self, LocalModel, SlowLoop};
+    use crate::local_model::{PiLocalModel, SimulationLoop};
 
     fn scene(settings: &[&str]) -> Scene {
         let overrides: Vec<_> = settings.iter().map(|setting| setting.parse().unwrap()).collect();
@@ -155,14 +155,10 @@ mod tests {
 
     #[test]
     fn without_delay_the_radius_is_that_of_the_papers_loop() {
-        for (returned, of_paper) in [
-            ("first", local_model::ReturnedForce::First),
-            ("mean", local_model::ReturnedForce::Mean),
-            ("last", local_model::ReturnedForce::Last),
-        ] {
-            for (hold, hold_of_paper) in
-                [("zero", local_model::SurfaceHold::Zero), ("first", local_model::SurfaceHold::First)]
-            {
+        for (returned, of_paper) in
+            [("first", ReturnedForce::First), ("mean", ReturnedForce::Mean), ("last", ReturnedForce::Last)]
+        {
+            for (hold, hold_of_paper) in [("zero", SurfaceHold::Zero), ("first", SurfaceHold::First)] {
                 let settings = [
                     format!("local_model.returned_force={returned}"),
                     format!("local_model.hold={hold}"),
@@ -170,9 +166,9 @@ mod tests {
                 ];
                 let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
                 let slow = SlowPeriods::of(&scene(&settings));
-                let paper = SlowLoop::new(50, of_paper, hold_of_paper).unwrap();
+                let paper = SimulationLoop::new(50, of_paper, hold_of_paper).unwrap();
                 for [h, i] in [[0.3, 0.0], [0.9, 0.0], [0.4, 0.3], [0.2, 1.1], [1.3, 0.2]] {
-                    let expected = paper.spectral_radius(&LocalModel::new(h, i, 1.0).unwrap());
+                    let expected = paper.spectral_radius(&PiLocalModel::new(h, i, 1.0).unwrap());
                     assert!((slow.radius(1.0, h, i) - expected).abs() < 1e-7, "{returned} {hold} {h} {i}");
                 }
             }

@@ -11,20 +11,12 @@ use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
 use crate::dof::motion_quantities;
 use crate::eigenvalues::{eigenvalues, spectral_radius};
-use crate::local_model::with_hand::{Hand as ArmOfPaper, hand_spectral_radius};
-use crate::local_model::{self, LocalModel, SlowLoop};
+use crate::local_model::{Hand as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
 use crate::loop_spec::{Body, Delay, Dof, Dynamics, LINE, LoopSpec, Plant, SPACE_POINT};
 
 const KO: f64 = 100.0;
-const RETURNED: [(ReturnedForce, local_model::ReturnedForce); 3] = [
-    (ReturnedForce::First, local_model::ReturnedForce::First),
-    (ReturnedForce::Mean, local_model::ReturnedForce::Mean),
-    (ReturnedForce::Last, local_model::ReturnedForce::Last),
-];
-const HOLDS: [(SurfaceHold, local_model::SurfaceHold); 2] = [
-    (SurfaceHold::Zero, local_model::SurfaceHold::Zero),
-    (SurfaceHold::First, local_model::SurfaceHold::First),
-];
+const RETURNED: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];
+const HOLDS: [SurfaceHold; 2] = [SurfaceHold::Zero, SurfaceHold::First];
 
 fn schedule(control: &str, other: &str) -> Schedule {
     Schedule::new(control.parse().unwrap(), other.parse().unwrap()).unwrap()
@@ -110,15 +102,15 @@ fn radius(of: &LoopSpec) -> f64 {
 
 #[test]
 fn a_still_hand_gives_the_papers_loop() {
-    for (returned, of_paper) in RETURNED {
-        for (hold, hold_of_paper) in HOLDS {
-            let slow = SlowLoop::new(20, of_paper, hold_of_paper).unwrap();
+    for returned in RETURNED {
+        for hold in HOLDS {
+            let slow = SimulationLoop::new(20, returned, hold).unwrap();
             for [kh, int] in
                 [[10.0, 0.0], [90.0, 0.0], [120.0, 0.0], [50.0, 30.0], [20.0, 80.0], [70.0, 150.0]]
             {
                 let kind = if int > 0.0 { LocalModelKind::Pi } else { LocalModelKind::P };
                 let found = radius(&one_finger(still(), kind, [kh, int], (returned, hold)));
-                let expected = slow.spectral_radius(&LocalModel::new(kh, int, KO).unwrap());
+                let expected = slow.spectral_radius(&PiLocalModel::new(kh, int, KO).unwrap());
                 assert!(
                     (found - expected).abs() < 1e-9,
                     "{returned:?} {hold:?} {kh} {int}: {found} {expected}"
@@ -133,15 +125,20 @@ fn a_free_hand_gives_the_hand_on_the_local_model() {
     let arm = ArmOfPaper { mass_kg: 0.2, damping_n_s_per_m: 3.0, stiffness_n_per_m: 40.0 };
     let to_ground =
         SpringDamper { stiffness_n_per_m: arm.stiffness_n_per_m, damping_n_s_per_m: arm.damping_n_s_per_m };
-    for (returned, of_paper) in RETURNED {
-        for (hold, hold_of_paper) in HOLDS {
-            let slow = SlowLoop::new(20, of_paper, hold_of_paper).unwrap();
+    for returned in RETURNED {
+        for hold in HOLDS {
+            let slow = SimulationLoop::new(20, returned, hold).unwrap();
             for [kh, int] in [[50.0, 0.0], [120.0, 0.0], [50.0, 30.0]] {
                 let kind = if int > 0.0 { LocalModelKind::Pi } else { LocalModelKind::P };
                 let moving = hand(0, LINE, Plant::mass(arm.mass_kg, to_ground));
                 let found = radius(&one_finger(moving, kind, [kh, int], (returned, hold)));
-                let expected =
-                    hand_spectral_radius(arm, &LocalModel::new(kh, int, KO).unwrap(), &slow, 1e-3).unwrap();
+                let expected = hand_spectral_radius(
+                    arm,
+                    &PiLocalModel::new(kh, int, KO).unwrap(),
+                    &slow,
+                    "1000".parse().unwrap(),
+                )
+                .unwrap();
                 assert!(
                     (found - expected).abs() < 1e-9,
                     "{returned:?} {hold:?} {kh} {int}: {found} {expected}"
@@ -164,7 +161,7 @@ fn a_result_that_comes_a_period_later_is_a_delay_more() {
 
 #[test]
 fn a_held_force_is_a_spring_whose_first_force_counts() {
-    for (returned, _) in RETURNED {
+    for returned in RETURNED {
         let held = one_finger(still(), LocalModelKind::Hold, [70.0, 0.0], (returned, SurfaceHold::Zero));
         assert!((radius(&held) - 0.7).abs() < 1e-9);
     }
@@ -173,7 +170,7 @@ fn a_held_force_is_a_spring_whose_first_force_counts() {
 /// A spring that knows how the surface gives way asks for the force of the whole: no loop is left.
 #[test]
 fn compliance_ends_in_one_period_where_the_hand_is_still() {
-    for (returned, _) in RETURNED {
+    for returned in RETURNED {
         let kind = LocalModelKind::Compliance;
         let of = one_finger(still(), kind, [500.0, 0.0], (returned, SurfaceHold::Zero));
         // A nilpotent map; its zeros are told to the root of rounding.
@@ -241,8 +238,8 @@ fn the_routes_agree_on_soft_bodies() {
     for centralized in [false, true] {
         for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
         {
-            for (returned, _) in RETURNED {
-                for (hold, _) in HOLDS {
+            for returned in RETURNED {
+                for hold in HOLDS {
                     for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
                         let nested = rates[0] == "1200";
                         let of = two_hosts(centralized, kind, (returned, hold), rates, nested);

@@ -2,208 +2,18 @@
 
 use cotouch_analysis::diagram::{
     Clock, Diagram, DiagramBlock, DiagramBlockId, DiagramError, Element, Law, Plant, Route, Sampled, Time,
-    hand_on_local_model, hand_on_weighted_local_model,
 };
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
-use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::loop_spec::Estimate;
 use cotouch_scene::scene::SpringDamper;
-use cotouch_scene::time::Rate;
 use cotouch_world::LinearBlock;
-use nalgebra::{Complex, DMatrix, dmatrix};
+use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
 const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
 
 fn time(text: &str) -> Time {
     text.parse().unwrap()
-}
-
-fn rate(text: &str) -> Rate {
-    text.parse().unwrap()
-}
-
-/// Roots of z² + p·z + q.
-fn roots(p: f64, q: f64) -> [Complex<f64>; 2] {
-    let root = Complex::new(p * p / 4.0 - q, 0.0).sqrt();
-    [root - p / 2.0, -root - p / 2.0]
-}
-
-/// Each of the wanted values is an eigenvalue.
-fn assert_has(matrix: &DMatrix<f64>, wanted: &[Complex<f64>], tolerance: f64) {
-    let mut left = eigenvalues(matrix).unwrap();
-    for value in wanted {
-        let distance = |other: &Complex<f64>| (other - value).norm();
-        let nearest =
-            (0..left.len()).min_by(|&a, &b| distance(&left[a]).total_cmp(&distance(&left[b]))).unwrap();
-        assert!(distance(&left[nearest]) < tolerance, "{value} is not among {left:?}");
-        left.swap_remove(nearest);
-    }
-}
-
-#[test]
-fn a_hand_held_still_leaves_the_simulation_loop_of_the_paper() {
-    let still = [1e12, 0.0, 0.0];
-    let (kh, int, ko) = (0.5, 0.3, 1.0);
-    for ratio in [1, 2, 5, 50] {
-        let n = f64::from(ratio);
-        let cases = [
-            (ReturnedForce::First, 0.0),
-            (ReturnedForce::Mean, (n - 1.0) / (2.0 * n)),
-            (ReturnedForce::Last, (n - 1.0) / n),
-        ];
-        for (returned, share) in cases {
-            let (h, i) = ((kh + share * int) / ko, int / ko);
-            let diagram =
-                hand_on_local_model(still, kh, int, ko, ratio, rate("1000"), returned, SurfaceHold::Zero);
-            for route in ROUTES {
-                let map = diagram.lift(route).unwrap();
-                assert_eq!(map.states, ["hand.x", "hand.v", "local_model.x1", "returned_force.y1.age1"]);
-                assert!((map.period_s - 1e-3 * n).abs() < 1e-15);
-                assert_has(&map.matrix, &roots(h - 1.0, i - h), 1e-9);
-            }
-        }
-    }
-}
-
-/// One slow period of the hand on the local model, written out: hand of mass only, gains K_h and INT, N ticks of T.
-fn written_out_period(
-    state: &[f64],
-    [mass, kh, int, ko, period]: [f64; 5],
-    ratio: usize,
-    returned: ReturnedForce,
-    hold: SurfaceHold,
-) -> Vec<f64> {
-    let [mut x, mut v, mut integral, force] = [state[0], state[1], state[2], state[3]];
-    let result = force / ko;
-    let last = state.get(4).copied().unwrap_or_default();
-    let mut forces = Vec::new();
-    for tick in 0..ratio {
-        let surface = match hold {
-            SurfaceHold::Zero => result,
-            SurfaceHold::First => last + (result - last) * tick as f64 / ratio as f64,
-        };
-        let error = x - surface;
-        let force = kh * error + integral;
-        integral += int / ratio as f64 * error;
-        x += period * v - period * period / (2.0 * mass) * force;
-        v -= period / mass * force;
-        forces.push(force);
-    }
-    let force = match returned {
-        ReturnedForce::First => forces[0],
-        ReturnedForce::Mean => forces.iter().sum::<f64>() / ratio as f64,
-        ReturnedForce::Last => forces[ratio - 1],
-    };
-    let mut next = vec![x, v, integral, force];
-    if hold == SurfaceHold::First {
-        next.push(result);
-    }
-    next
-}
-
-#[test]
-fn the_hand_on_a_local_model_is_the_loop_written_out() {
-    let [mass, kh, int, ko] = [0.08, 450.0, 200.0, 600.0];
-    for returned in [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last] {
-        for hold in [SurfaceHold::Zero, SurfaceHold::First] {
-            let diagram =
-                hand_on_local_model([mass, 0.0, 0.0], kh, int, ko, 20, rate("1000"), returned, hold);
-            let map = diagram.lift(Route::StateSpace).unwrap();
-            let mut states = vec!["hand.x", "hand.v", "local_model.x1", "returned_force.y1.age1"];
-            states.extend((hold == SurfaceHold::First).then_some("surface.x1"));
-            assert_eq!(map.states, states);
-            for column in 0..states.len() {
-                let mut unit = vec![0.0; states.len()];
-                unit[column] = 1.0;
-                let next = written_out_period(&unit, [mass, kh, int, ko, 1e-3], 20, returned, hold);
-                let error = map.matrix.column(column) - DMatrix::from_column_slice(states.len(), 1, &next);
-                assert!(error.amax() < 1e-11 * map.matrix.amax(), "{returned:?} {hold:?} {column}");
-            }
-        }
-    }
-}
-
-#[test]
-fn a_surface_that_moves_linearly_under_the_mean_force_raises_the_limit() {
-    let still = [1e12, 0.0, 0.0];
-    let diagram = |kh, ratio, returned| {
-        hand_on_local_model(still, kh, 0.0, 1.0, ratio, rate("1000"), returned, SurfaceHold::First)
-    };
-    for ratio in [2, 10, 50] {
-        // z² + h·γ·z + h·(1 − γ), γ = (N − 1)/(2N): the mean of a straight line from one surface to the next.
-        let (h, gamma) = (1.3, (f64::from(ratio) - 1.0) / (2.0 * f64::from(ratio)));
-        for route in ROUTES {
-            let mean = diagram(h, ratio, ReturnedForce::Mean).lift(route).unwrap();
-            assert_has(&mean.matrix, &roots(h * gamma, h * (1.0 - gamma)), 1e-9);
-            let first = diagram(h, ratio, ReturnedForce::First).lift(route).unwrap();
-            assert_has(&first.matrix, &roots(0.0, h), 1e-9);
-        }
-        let moves = |kh| {
-            let map = diagram(kh, ratio, ReturnedForce::Mean).lift(Route::Stepping).unwrap().matrix;
-            // The hand, held still by its mass, stays at 1.
-            spectral_radius(&eigenvalues(&map).unwrap()) > 1.0 + 1e-4
-        };
-        let limit = 1.0 / (1.0 - gamma);
-        assert!(!moves(0.99 * limit) && moves(1.01 * limit));
-    }
-}
-
-#[test]
-fn weights_are_taken_as_they_are() {
-    let hand = [0.2, 1.0, 50.0];
-    let gains = |weights: &[f64]| {
-        hand_on_weighted_local_model(hand, [300.0, 100.0], 500.0, weights, rate("1000"), SurfaceHold::Zero)
-    };
-    let named = |returned| {
-        hand_on_local_model(hand, 300.0, 100.0, 500.0, 4, rate("1000"), returned, SurfaceHold::Zero)
-    };
-    assert_eq!(gains(&[1.0, 0.0, 0.0, 0.0]), named(ReturnedForce::First));
-    assert_eq!(gains(&[0.25; 4]), named(ReturnedForce::Mean));
-    assert_eq!(gains(&[0.0, 0.0, 0.0, 1.0]), named(ReturnedForce::Last));
-    let map = |weights: &[f64]| gains(weights).lift(Route::Resampling).unwrap().matrix;
-    // The map is linear in the weights.
-    let blend = map(&[0.5, 0.125, 0.125, 0.25]);
-    let sum = map(&[1.0, 0.0, 0.0, 0.0]) * 0.375 + map(&[0.25; 4]) * 0.5 + map(&[0.0, 0.0, 0.0, 1.0]) * 0.125;
-    assert!((blend - sum).amax() < 1e-12 * map(&[0.25; 4]).amax());
-}
-
-#[test]
-fn units_change_nothing() {
-    for returned in [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last] {
-        for hold in [SurfaceHold::Zero, SurfaceHold::First] {
-            let map = |[length, force, time]: [f64; 3], fast| {
-                let stiffness = force / length;
-                let hand = [0.15 * stiffness * time * time, 2.0 * stiffness * time, 300.0 * stiffness];
-                let [kh, int, ko] = [400.0, 250.0, 700.0].map(|gain| gain * stiffness);
-                let diagram = hand_on_local_model(hand, kh, int, ko, 5, rate(fast), returned, hold);
-                let map = diagram.lift(Route::Stepping).unwrap();
-                let scale = |name: &String| match name.as_str() {
-                    "hand.x" | "surface.x1" => length,
-                    "hand.v" => length / time,
-                    "local_model.x1" | "returned_force.y1.age1" => force,
-                    _ => panic!("{name} is not expected"),
-                };
-                let scales: Vec<f64> = map.states.iter().map(scale).collect();
-                DMatrix::from_fn(scales.len(), scales.len(), |i, j| {
-                    map.matrix[(i, j)] * scales[j] / scales[i]
-                })
-            };
-            let si = map([1.0; 3], "1000");
-            // Millimetres, kilonewtons, milliseconds.
-            for (units, fast) in [
-                ([1e3, 1.0, 1.0], "1000"),
-                ([1.0, 1e-3, 1.0], "1000"),
-                ([1.0, 1.0, 1e3], "1"),
-                ([1e3, 1e-3, 1e3], "1"),
-            ] {
-                assert!(
-                    (map(units, fast) - &si).amax() < 1e-10 * si.amax(),
-                    "{units:?} {returned:?} {hold:?}"
-                );
-            }
-        }
-    }
 }
 
 fn double_integrator(mass_kg: f64) -> Plant {
@@ -464,17 +274,6 @@ fn what_does_not_fit_together_is_refused() {
         element: Element::Plant(plant),
     });
     assert_refused(&diagram, &["stiff", "too fast"]);
-    let nothing_per_period = hand_on_local_model(
-        [0.1, 0.0, 0.0],
-        1.0,
-        1.0,
-        1.0,
-        0,
-        rate("1000"),
-        ReturnedForce::Mean,
-        SurfaceHold::Zero,
-    );
-    assert!(nothing_per_period.lift(Route::Stepping).is_err());
 }
 
 #[test]

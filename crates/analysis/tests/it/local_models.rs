@@ -1,29 +1,26 @@
 //! Local models on an elastic object: closed forms against lifts, regions, responses, choices.
 
-use cotouch_analysis::diagram::hand_on_local_model;
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
-use cotouch_analysis::local_model::choose::choose;
-use cotouch_analysis::local_model::contacts::{Compliances, worst_spectral_radius};
-use cotouch_analysis::local_model::region::{Region, stable_kh};
-use cotouch_analysis::local_model::simulation::{Contact, Sample, Simulation, Threshold};
-use cotouch_analysis::local_model::step::{Step, StepResponse};
-use cotouch_analysis::local_model::with_hand::{self, Hand, hand_spectral_radius};
-use cotouch_analysis::local_model::{LocalModel, LocalModelError, ReturnedForce, SlowLoop, SurfaceHold};
+use cotouch_analysis::local_model::{
+    Compliances, ContactSides, HandStep, LocalModelError, PiLocalModel, Simulation, SimulationLoop,
+    SimulationSample, StableGains, StepResponse, Threshold, choose, stable_kh, worst_spectral_radius,
+};
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use nalgebra::DMatrix;
 use proptest::prelude::*;
 
 const FORCES: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];
 const HOLDS: [SurfaceHold; 2] = [SurfaceHold::Zero, SurfaceHold::First];
 
-fn model(kh: f64, int: f64, ko: f64) -> LocalModel {
-    LocalModel::new(kh, int, ko).unwrap()
+fn model(kh: f64, int: f64, ko: f64) -> PiLocalModel {
+    PiLocalModel::new(kh, int, ko).unwrap()
 }
 
-fn slow_loop(ratio: u32, returned: ReturnedForce, hold: SurfaceHold) -> SlowLoop {
-    SlowLoop::new(ratio, returned, hold).unwrap()
+fn slow_loop(ratio: u32, returned: ReturnedForce, hold: SurfaceHold) -> SimulationLoop {
+    SimulationLoop::new(ratio, returned, hold).unwrap()
 }
 
-fn mean() -> SlowLoop {
+fn mean() -> SimulationLoop {
     slow_loop(50, ReturnedForce::Mean, SurfaceHold::Zero)
 }
 
@@ -33,7 +30,7 @@ fn spread(index: u32, by: f64) -> f64 {
 }
 
 /// Any loop: the three forces and uneven weights, both holds.
-fn any_loop() -> impl Strategy<Value = SlowLoop> {
+fn any_loop() -> impl Strategy<Value = SimulationLoop> {
     let weights = prop::collection::vec(0.01..1.0_f64, 1..40).prop_map(|weights| {
         let sum: f64 = weights.iter().sum();
         weights.iter().map(|weight| weight / sum).collect::<Vec<_>>()
@@ -42,11 +39,11 @@ fn any_loop() -> impl Strategy<Value = SlowLoop> {
     prop_oneof![
         (1..200_u32, prop::sample::select(FORCES.to_vec()), any_hold())
             .prop_map(|(n, f, h)| slow_loop(n, f, h)),
-        (weights, any_hold()).prop_map(|(weights, hold)| SlowLoop::weighted(weights, hold).unwrap()),
+        (weights, any_hold()).prop_map(|(weights, hold)| SimulationLoop::weighted(weights, hold).unwrap()),
     ]
 }
 
-fn any_gains() -> impl Strategy<Value = LocalModel> {
+fn any_gains() -> impl Strategy<Value = PiLocalModel> {
     let int = prop_oneof![Just(0.0), 0.001..5.0_f64];
     (0.0..3.0_f64, int, 0.01..1000.0_f64).prop_map(|(h, i, ko)| model(h * ko, i * ko, ko))
 }
@@ -58,7 +55,7 @@ proptest! {
     #[test]
     fn closed_form_and_lift_agree(slow in any_loop(), gains in any_gains()) {
         let map = slow.lifted(&gains);
-        let lifted = SlowLoop::characteristic_of_map(&map);
+        let lifted = SimulationLoop::characteristic_of_map(&map);
         let closed = slow.characteristic(&gains);
         // Under a zero-order hold the lift has one state more, which is forgotten: an eigenvalue of 0.
         let more = lifted.len() - closed.coefficients().len();
@@ -113,7 +110,7 @@ proptest! {
     /// The tick-by-tick simulation of a hand at rest does what the map says.
     #[test]
     fn the_simulation_follows_the_map(slow in any_loop(), gains in any_gains()) {
-        let simulation = Simulation::new(gains, slow.clone(), 1e-3, Contact::TwoSided, Threshold::None).unwrap();
+        let simulation = Simulation::new(gains, slow.clone(), 1e-3, ContactSides::TwoSided, Threshold::None).unwrap();
         let n = slow.ratio();
         let samples = simulation.run(std::iter::repeat_n(0.01, 6 * n));
         // At the start of each period the zero-order surface is x_now, the first-order one x_before.
@@ -187,7 +184,7 @@ fn printed_conditions_hold_for_the_first_force_and_not_for_the_mean() {
 
 #[test]
 fn regions_have_the_corners_of_the_closed_form() {
-    let corners = |returned| Region::new(&slow_loop(50, returned, SurfaceHold::Zero), 2.0).boundary;
+    let corners = |returned| StableGains::new(&slow_loop(50, returned, SurfaceHold::Zero), 2.0).boundary;
     let expect = |returned, expected: &[[f64; 2]]| {
         let found = corners(returned);
         assert_eq!(found.len(), expected.len(), "{found:?}");
@@ -208,7 +205,7 @@ fn boundaries_separate_and_scale() {
     for returned in FORCES {
         for hold in HOLDS {
             let slow = slow_loop(50, returned, hold);
-            let region = Region::new(&slow, 1.0);
+            let region = StableGains::new(&slow, 1.0);
             let middle = [0, 1].map(|axis| {
                 region.boundary.iter().map(|corner| corner[axis]).sum::<f64>() / region.boundary.len() as f64
             });
@@ -220,7 +217,7 @@ fn boundaries_separate_and_scale() {
                 assert!(is_stable(corner, 1.0 - 1e-4), "{returned:?} {hold:?} {corner:?}");
                 assert!(!is_stable(corner, 1.0 + 1e-4), "{returned:?} {hold:?} {corner:?}");
             }
-            let large = Region::new(&slow, 10.0);
+            let large = StableGains::new(&slow, 10.0);
             assert!((large.area() - 100.0 * region.area()).abs() < 1e-9 * large.area());
             assert!((large.volume_below(10.0) - 1000.0 * region.volume_below(1.0)).abs() < 1e-6);
         }
@@ -244,7 +241,9 @@ fn refining_the_haptic_tick_converges() {
 
 fn respond(kh: f64, int: f64, ko: f64, input_m: f64, one_sided: bool) -> StepResponse {
     let slow_loop = slow_loop(50, ReturnedForce::First, SurfaceHold::Zero);
-    Step { model: model(kh, int, ko), slow_loop, period_s: 1e-3, input_m, one_sided }.response(None).unwrap()
+    HandStep { model: model(kh, int, ko), slow_loop, period_s: 1e-3, input_m, one_sided }
+        .response(None)
+        .unwrap()
 }
 
 #[test]
@@ -280,7 +279,8 @@ fn figure_8_rings_for_three_seconds() {
 fn figure_9_grows_or_cycles_at_ten_hertz() {
     let grows = respond(220.0, 0.0, 200.0, 0.025, false);
     assert_eq!((grows.settling.to_5_percent_s, grows.settling.overshoot), (None, None));
-    let peak = |samples: &[Sample]| samples.iter().map(|sample| sample.surface_m).fold(0.0, f64::max);
+    let peak =
+        |samples: &[SimulationSample]| samples.iter().map(|sample| sample.surface_m).fold(0.0, f64::max);
     let half = grows.samples.len() / 2;
     assert!(peak(&grows.samples[half..]) > 5.0 * peak(&grows.samples[..half]));
     let cycles = respond(220.0, 0.0, 200.0, 0.025, true);
@@ -320,8 +320,8 @@ fn press_hold_leave() -> impl Iterator<Item = f64> {
     (0..7000).map(move |tick| hand(f64::from(tick) * 1e-3))
 }
 
-fn simulate(threshold: Threshold, interval_s: f64) -> Vec<Sample> {
-    let contact = Contact::Drained { interval_s };
+fn simulate(threshold: Threshold, interval_s: f64) -> Vec<SimulationSample> {
+    let contact = ContactSides::Drained { interval_s };
     let simulation = Simulation::new(model(40.0, 60.0, 200.0), mean(), 1e-3, contact, threshold).unwrap();
     simulation.run(press_hold_leave())
 }
@@ -345,7 +345,7 @@ fn the_threshold_is_what_remains_while_holding() {
 #[test]
 fn a_light_touch_still_integrates() {
     let threshold = Threshold::Directional { leaving_m: 0.0, entering_m: 0.001, full_at_n: 0.4 };
-    let contact = Contact::Drained { interval_s: 0.1 };
+    let contact = ContactSides::Drained { interval_s: 0.1 };
     let simulation = Simulation::new(model(40.0, 60.0, 200.0), mean(), 1e-3, contact, threshold).unwrap();
     // The hand is in by less than the threshold: a constant one would let nothing be integrated.
     let last = *simulation.run(std::iter::repeat_n(0.0009, 6000)).last().unwrap();
@@ -461,120 +461,19 @@ fn choices_scale() {
     assert!((large.worst_spectral_radius - small.worst_spectral_radius).abs() < 1e-12);
 }
 
-/// A hand that nothing can move leaves the slow loop alone.
-#[test]
-fn a_heavy_hand_is_a_hand_held_still() {
-    let gains = model(500.0, 300.0, 1000.0);
-    let radius = |mass_kg| {
-        let hand = Hand { mass_kg, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
-        let map = with_hand::lifted(hand, &gains, &mean(), 1e-3).unwrap();
-        let mut norms: Vec<f64> = eigenvalues(&map).unwrap().iter().map(|value| value.norm()).collect();
-        norms.sort_by(f64::total_cmp);
-        norms
-    };
-    let heavy = radius(1e9);
-    // The hand's own two eigenvalues are near 1; the next is the slow loop's.
-    assert!((heavy[2] - mean().spectral_radius(&gains)).abs() < 1e-4, "{heavy:?}");
-    assert!((heavy[4] - 1.0).abs() < 1e-3);
-}
-
-/// A stable slow loop is neither enough nor needed for one given hand.
-#[test]
-fn a_free_hand_has_a_verdict_of_its_own() {
-    let radius = |kh, mass_kg, damping_n_s_per_m| {
-        let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
-        hand_spectral_radius(hand, &model(kh, 0.0, 1000.0), &mean(), 1e-3).unwrap()
-    };
-    assert!(mean().is_stable(&model(900.0, 0.0, 1000.0)) && radius(900.0, 0.5, 1.0) > 1.3);
-    assert!(!mean().is_stable(&model(1200.0, 0.0, 1000.0)) && radius(1200.0, 0.2, 5.0) < 0.9);
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(40))]
-
-    /// The lift written out here and the diagram of the same loop, lifted by the general method, have the same radius.
-    #[test]
-    fn the_diagram_of_a_hand_on_a_local_model_agrees(
-        gains in any_gains(),
-        ratio in 1..24_u32,
-        returned in prop::sample::select(FORCES.to_vec()),
-        hold in prop::sample::select(HOLDS.to_vec()),
-        hand in [0.05..2.0_f64, 0.0..10.0_f64, 0.0..300.0_f64],
-    ) {
-        prop_assume!(gains.int_n_per_m() > 0.0);
-        let (kh, int, ko) = (gains.kh_n_per_m(), gains.int_n_per_m(), gains.ko_n_per_m());
-        let fast = "1000".parse().unwrap();
-        let diagram = hand_on_local_model(hand, kh, int, ko, ratio, fast, returned, hold);
-        let [mass_kg, damping_n_s_per_m, stiffness_n_per_m] = hand;
-        let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m };
-        let here = hand_spectral_radius(hand, &gains, &slow_loop(ratio, returned, hold), 1e-3).unwrap();
-        let there = diagram.spectral_radius().unwrap();
-        prop_assert!((here - there).abs() < 1e-7 * here, "{here} {there}");
-    }
-}
-
-/// The lift with a hand against the same loop stepped by the simulation, one unit of each state at a time.
-#[test]
-fn the_lift_with_a_hand_is_what_the_loop_does() {
-    for (returned, hold) in FORCES.into_iter().flat_map(|force| HOLDS.map(|hold| (force, hold))) {
-        let slow = slow_loop(20, returned, hold);
-        let gains = model(150.0, 60.0, 400.0);
-        let hand = Hand { mass_kg: 0.2, damping_n_s_per_m: 4.0, stiffness_n_per_m: 30.0 };
-        let map = with_hand::lifted(hand, &gains, &slow, 1e-3).unwrap();
-        let simulation =
-            Simulation::new(gains, slow.clone(), 1e-3, Contact::TwoSided, Threshold::None).unwrap();
-        let trace: Vec<f64> = released(&simulation, hand, 20 * 60);
-        // The positions at the starts of periods obey the map's characteristic polynomial.
-        let at: Vec<f64> = trace.iter().step_by(20).copied().collect();
-        let a = SlowLoop::characteristic_of_map(&map);
-        let largest = at.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
-        for start in 0..at.len() - a.len() {
-            let sum: f64 = a.iter().enumerate().map(|(order, a)| a * at[start + order]).sum::<f64>();
-            assert!((sum + at[start + a.len()]).abs() < 1e-8 * largest, "{returned:?} {hold:?} {sum}");
-        }
-        let radius = hand_spectral_radius(hand, &gains, &slow, 1e-3).unwrap();
-        assert_eq!(radius < 1.0, at.last().unwrap().abs() < at[0]);
-    }
-}
-
-/// The hand's positions after it starts 10 mm inside: a fine Runge–Kutta of the hand between ticks.
-fn released(simulation: &Simulation, hand: Hand, ticks: usize) -> Vec<f64> {
-    const FINE: usize = 8;
-    let mut state = cotouch_analysis::local_model::simulation::State::default();
-    let (mut x, mut v) = (0.01, 0.0);
-    let mut trace = Vec::new();
-    for _ in 0..ticks {
-        trace.push(x);
-        let force = simulation.tick(&mut state, x).force_n;
-        let step = simulation.period_s() / FINE as f64;
-        let rate = |x: f64, v: f64| {
-            (v, -(force + hand.damping_n_s_per_m * v + hand.stiffness_n_per_m * x) / hand.mass_kg)
-        };
-        for _ in 0..FINE {
-            let one = rate(x, v);
-            let two = rate(x + 0.5 * step * one.0, v + 0.5 * step * one.1);
-            let three = rate(x + 0.5 * step * two.0, v + 0.5 * step * two.1);
-            let four = rate(x + step * three.0, v + step * three.1);
-            x += step / 6.0 * (one.0 + 2.0 * two.0 + 2.0 * three.0 + four.0);
-            v += step / 6.0 * (one.1 + 2.0 * two.1 + 2.0 * three.1 + four.1);
-        }
-    }
-    trace
-}
-
 #[test]
 fn what_makes_no_sense_is_refused_with_what_is_allowed() {
     for (kh, int, ko) in [(-1.0, 0.0, 1.0), (0.0, f64::NAN, 1.0), (1.0, 0.0, 0.0), (1e13, 0.0, 1.0)] {
-        assert!(LocalModel::new(kh, int, ko).is_err());
+        assert!(PiLocalModel::new(kh, int, ko).is_err());
     }
     let refused = |error: LocalModelError, word: &str| assert!(error.to_string().contains(word), "{error}");
-    refused(SlowLoop::new(0, ReturnedForce::First, SurfaceHold::Zero).unwrap_err(), "1 to 10000");
-    refused(SlowLoop::weighted(vec![0.5, 0.6], SurfaceHold::Zero).unwrap_err(), "sum to 1");
-    refused(SlowLoop::weighted(vec![f64::NAN], SurfaceHold::Zero).unwrap_err(), "sum to 1");
+    refused(SimulationLoop::new(0, ReturnedForce::First, SurfaceHold::Zero).unwrap_err(), "1 to 10000");
+    refused(SimulationLoop::weighted(vec![0.5, 0.6], SurfaceHold::Zero).unwrap_err(), "sum to 1");
+    refused(SimulationLoop::weighted(vec![f64::NAN], SurfaceHold::Zero).unwrap_err(), "sum to 1");
     refused(Compliances::correlated(4, 1.0).unwrap_err(), "below 1");
     refused(Compliances::of_matrix(&DMatrix::from_element(2, 2, 1.0), 1.0).unwrap_err(), "positive definite");
     refused(Compliances::of_matrix(&DMatrix::zeros(2, 3), 1.0).unwrap_err(), "2×3");
-    let step = |input_m, period_s| Step {
+    let step = |input_m, period_s| HandStep {
         model: model(1.0, 0.0, 2.0),
         slow_loop: mean(),
         period_s,
@@ -585,6 +484,4 @@ fn what_makes_no_sense_is_refused_with_what_is_allowed() {
     refused(step(1.0, 0.0).response(None).unwrap_err(), "haptic period");
     refused(step(1.0, 1e-3).response(Some(1e6)).unwrap_err(), "at most");
     refused(step(1.0, 1e-3).response(Some(f64::NAN)).unwrap_err(), "at most");
-    let hand = Hand { mass_kg: 0.0, damping_n_s_per_m: 1.0, stiffness_n_per_m: 0.0 };
-    refused(hand_spectral_radius(hand, &model(1.0, 0.0, 2.0), &mean(), 1e-3).unwrap_err(), "mass");
 }

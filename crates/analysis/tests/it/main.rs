@@ -2,6 +2,7 @@
 
 mod diagrams;
 mod grasp;
+mod hand_on_local_model;
 mod local_models;
 mod maps;
 mod margins;

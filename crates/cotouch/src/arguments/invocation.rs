@@ -3,11 +3,11 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Grid, Sweep};
 use cotouch_net::Route;
 use cotouch_runtime::DeviceChoice;
 use cotouch_scene::Override;
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 use glam::DVec3;
 

@@ -4,11 +4,11 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
 use cotouch_analysis::sweep::{Sweep, SweepError};
 use cotouch_net::Route;
 use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 
 use super::invocation::{

@@ -1,8 +1,8 @@
 //! (9) of Barbagli et al. 2003 and Figures 10, 11: for which gains a PI local model is stable.
 
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
-use cotouch_analysis::local_model::region::Region as StableGains;
-use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
+use cotouch_analysis::local_model::{PiLocalModel, SimulationLoop, StableGains};
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use serde_json::{Value as Json, json};
 
 use super::outcome::{Claim, Experiment, Outcome, csv, row};
@@ -23,8 +23,8 @@ const RETURNED: [(&str, ReturnedForce); 3] =
 /// Corners of (9) in units of K_o.
 const PRINTED: [(f64, f64); 5] = [(0.0, 0.0), (1.0, 0.0), (3.0, 4.0), (0.0, 1.0), (0.0, 0.0)];
 
-fn slow_loop(returned: ReturnedForce, hold: SurfaceHold) -> anyhow::Result<SlowLoop> {
-    Ok(SlowLoop::new(RATIO, returned, hold)?)
+fn slow_loop(returned: ReturnedForce, hold: SurfaceHold) -> anyhow::Result<SimulationLoop> {
+    Ok(SimulationLoop::new(RATIO, returned, hold)?)
 }
 
 /// (9) as printed, with the gains in units of K_o.
@@ -47,13 +47,13 @@ struct Comparison {
 
 impl Comparison {
     /// With the eigenvalues of the loop lifted tick by tick, at the middles of 160 × 200 cells of 3.2 × 4.4 K_o.
-    fn of(slow_loop: &SlowLoop) -> anyhow::Result<Self> {
+    fn of(slow_loop: &SimulationLoop) -> anyhow::Result<Self> {
         let mut comparison =
             Self { points: 0, printed_stable: 0, unsafe_points: 0, lost_points: 0, rows: Vec::new() };
         for (row, column) in (0..200_u32).flat_map(|row| (0..160_u32).map(move |column| (row, column))) {
             // Not on the sides of (9).
             let (h, i) = (0.02 * (f64::from(column) + 0.4137), 0.022 * (f64::from(row) + 0.5271));
-            let radius = spectral_radius(&eigenvalues(&slow_loop.lifted(&LocalModel::new(h, i, 1.0)?))?);
+            let radius = spectral_radius(&eigenvalues(&slow_loop.lifted(&PiLocalModel::new(h, i, 1.0)?))?);
             let (says, is) = (printed(h, i), radius < 1.0);
             comparison.points += 1;
             comparison.printed_stable += usize::from(says);
@@ -157,7 +157,7 @@ fn radius_panel() -> anyhow::Result<Panel> {
         let slow_loop = slow_loop(returned, SurfaceHold::Zero)?;
         let at = |step: u32| -> anyhow::Result<(f64, f64)> {
             let share = f64::from(step) / 200.0;
-            Ok((share, slow_loop.spectral_radius(&LocalModel::new(3.0 * share, 4.0 * share, 1.0)?)))
+            Ok((share, slow_loop.spectral_radius(&PiLocalModel::new(3.0 * share, 4.0 * share, 1.0)?)))
         };
         let points = (1..=200).map(at).collect::<anyhow::Result<Vec<_>>>()?;
         let points = points.into_iter().filter(|point| point.1 < 2.5).collect();
@@ -215,7 +215,7 @@ fn figure_10() -> anyhow::Result<Outcome> {
         && PRINTED.iter().all(|&(h, i)| {
             corners.iter().any(|corner| (corner[0] - h).abs() < 1e-12 && (corner[1] - i).abs() < 1e-12)
         });
-    let example = LocalModel::new(1200.0, 600.0, 1000.0)?;
+    let example = PiLocalModel::new(1200.0, 600.0, 1000.0)?;
     let radius = |returned| -> anyhow::Result<f64> {
         Ok(slow_loop(returned, SurfaceHold::Zero)?.spectral_radius(&example))
     };
@@ -271,7 +271,7 @@ fn figure_11() -> anyhow::Result<Outcome> {
     let scales = stiffnesses.iter().zip(&areas).all(|(ko, area)| (area - 3.5 * ko * ko).abs() < 1e-12);
     let same_transient = stiffnesses.iter().all(|&ko| {
         let radius =
-            |ko: f64| LocalModel::new(0.8 * ko, 0.5 * ko, ko).map(|model| first.spectral_radius(&model));
+            |ko: f64| PiLocalModel::new(0.8 * ko, 0.5 * ko, ko).map(|model| first.spectral_radius(&model));
         matches!((radius(ko), radius(1.0)), (Ok(one), Ok(other)) if (one - other).abs() < 1e-12)
     });
     let volume_below = StableGains::new(&first, 1.0).volume_below(1.0);

@@ -1,10 +1,11 @@
 //! Figures 7–9 of Barbagli et al. 2003 and (4), (5): what a proportional local model on a slow spring does.
 
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
-use cotouch_analysis::local_model::region::stable_kh;
-use cotouch_analysis::local_model::step::{Step, StepResponse};
-use cotouch_analysis::local_model::with_hand::{Hand, hand_spectral_radius};
-use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
+use cotouch_analysis::local_model::{
+    Hand, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
+};
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
+use cotouch_scene::time::Rate;
 use serde_json::json;
 
 use super::outcome::{Claim, Experiment, Outcome, csv, row};
@@ -45,14 +46,14 @@ const UNITS: &str = "The paper prints K without a unit; N/mm is taken (0.2 is 20
 const RETURNED: [(&str, ReturnedForce); 3] =
     [("first", ReturnedForce::First), ("mean", ReturnedForce::Mean), ("last", ReturnedForce::Last)];
 
-fn slow_loop(returned: ReturnedForce, hold: SurfaceHold) -> anyhow::Result<SlowLoop> {
-    Ok(SlowLoop::new(RATIO, returned, hold)?)
+fn slow_loop(returned: ReturnedForce, hold: SurfaceHold) -> anyhow::Result<SimulationLoop> {
+    Ok(SimulationLoop::new(RATIO, returned, hold)?)
 }
 
 /// Gains and stiffness in N/m, the step in metres.
-fn step(kh: f64, ko: f64, input_m: f64, one_sided: bool) -> anyhow::Result<Step> {
+fn step(kh: f64, ko: f64, input_m: f64, one_sided: bool) -> anyhow::Result<HandStep> {
     let slow_loop = slow_loop(ReturnedForce::First, SurfaceHold::Zero)?;
-    Ok(Step { model: LocalModel::new(kh, 0.0, ko)?, slow_loop, period_s: PERIOD_S, input_m, one_sided })
+    Ok(HandStep { model: PiLocalModel::new(kh, 0.0, ko)?, slow_loop, period_s: PERIOD_S, input_m, one_sided })
 }
 
 fn command(kh: f64, ko: f64, input_m: f64) -> String {
@@ -176,7 +177,8 @@ fn figure_8() -> anyhow::Result<Outcome> {
             ),
             Claim::new(
                 "the steady-state error, as a share of the hand's travel, is smaller than in Fig 7",
-                share(step.model.steady_share()) < share(LocalModel::new(100.0, 0.0, 900.0)?.steady_share()),
+                share(step.model.steady_share())
+                    < share(PiLocalModel::new(100.0, 0.0, 900.0)?.steady_share()),
             ),
         ],
         figure: Some(chart(headline, &panels(&step, &response, "", ""))?),
@@ -268,7 +270,7 @@ fn equation_4() -> anyhow::Result<Outcome> {
         for (index, (name, returned)) in RETURNED.into_iter().enumerate() {
             let slow_loop = slow_loop(returned, hold)?;
             let lifted = |h: f64| -> anyhow::Result<f64> {
-                Ok(spectral_radius(&eigenvalues(&slow_loop.lifted(&LocalModel::new(h, 0.0, 1.0)?))?))
+                Ok(spectral_radius(&eigenvalues(&slow_loop.lifted(&PiLocalModel::new(h, 0.0, 1.0)?))?))
             };
             let limit = limit_by_bisection(lifted)?;
             let closed = stable_kh(&slow_loop, 0.0, 1.0).last().map_or(0.0, |interval| interval.1);
@@ -334,8 +336,8 @@ fn with_a_hand(kh: f64, mass_kg: f64, damping_n_s_per_m: f64) -> anyhow::Result<
     const KO: f64 = 1000.0;
     let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
     let (slow_loop, model) =
-        (slow_loop(ReturnedForce::Mean, SurfaceHold::Zero)?, LocalModel::new(kh, 0.0, KO)?);
-    let radius = hand_spectral_radius(hand, &model, &slow_loop, PERIOD_S)?;
+        (slow_loop(ReturnedForce::Mean, SurfaceHold::Zero)?, PiLocalModel::new(kh, 0.0, KO)?);
+    let radius = hand_spectral_radius(hand, &model, &slow_loop, Rate::new(1000, 1)?)?;
     Ok(row(
         &format!("K_h = {}·K_o, a free hand of {mass_kg} kg, {damping_n_s_per_m} N·s/m", kh / KO),
         "left open",
@@ -355,8 +357,8 @@ fn equation_5() -> anyhow::Result<Outcome> {
     for &h in &shares {
         let of = |int: f64| -> anyhow::Result<(f64, f64)> {
             let slow_loop = slow_loop(ReturnedForce::First, SurfaceHold::Zero)?;
-            let model = LocalModel::new(h * 200.0, int, 200.0)?;
-            let step = Step { model, slow_loop, period_s: PERIOD_S, input_m: 0.01, one_sided: false };
+            let model = PiLocalModel::new(h * 200.0, int, 200.0)?;
+            let step = HandStep { model, slow_loop, period_s: PERIOD_S, input_m: 0.01, one_sided: false };
             let last = *step.response(Some(30.0))?.samples.last().expect("a response has samples");
             Ok((last.surface_m / 0.01, last.force_n / last.surface_m / 200.0))
         };

@@ -1,13 +1,11 @@
 //! A step of the hand: surface and force over time.
 
-use cotouch_analysis::local_model::simulation::Sample;
-use cotouch_analysis::local_model::step::{Step, StepResponse};
-
 use super::chart::{Panel, Series};
+use cotouch_analysis::local_model::{HandStep, SimulationSample, StepResponse};
 
 /// Two panels: the surface with the hand and where it comes to rest, and the force. `label` and `title` tell several
 /// apart.
-pub(crate) fn panels(step: &Step, response: &StepResponse, title: &str, label: &str) -> [Panel; 2] {
+pub(crate) fn panels(step: &HandStep, response: &StepResponse, title: &str, label: &str) -> [Panel; 2] {
     let end_s = response.samples.len().saturating_sub(1) as f64 * step.period_s;
     let flat = |metres: f64| vec![(0.0, 1e3 * metres), (end_s, 1e3 * metres)];
     let named = |what: &str| if label.is_empty() { what.to_owned() } else { format!("{what}, {label}") };
@@ -33,7 +31,11 @@ pub(crate) fn panels(step: &Step, response: &StepResponse, title: &str, label: &
 }
 
 /// A value over time, with its jumps upright.
-pub(crate) fn curve(step: &Step, response: &StepResponse, value: impl Fn(&Sample) -> f64) -> Vec<(f64, f64)> {
+pub(crate) fn curve(
+    step: &HandStep,
+    response: &StepResponse,
+    value: impl Fn(&SimulationSample) -> f64,
+) -> Vec<(f64, f64)> {
     let mut points: Vec<(f64, f64)> = Vec::with_capacity(response.samples.len());
     for (tick, sample) in response.samples.iter().enumerate() {
         let (time_s, value) = (tick as f64 * step.period_s, value(sample));

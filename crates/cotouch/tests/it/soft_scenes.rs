@@ -1,12 +1,12 @@
 //! Scenes with a soft object: Barbagli et al.'s figures out of the running session, its claim, and hours of random
 //! hands.
 
-use cotouch_analysis::local_model::step::Step;
-use cotouch_analysis::local_model::{LocalModel, ReturnedForce, SlowLoop, SurfaceHold};
+use cotouch_analysis::local_model::{HandStep, PiLocalModel, SimulationLoop};
 use cotouch_device::{Device, TrajectoryDevice};
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::scene::{Scene, Shape, ShapeKind};
 use cotouch_testkit::scenes::{built_in, edited};
 use glam::DVec3;
@@ -56,9 +56,9 @@ fn the_step_responses_of_figs_7_8_and_9_come_out_of_the_running_spring() {
             ];
             let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
             let running = step_response(&built_in("spring", &settings), 0.025, 4.0);
-            let exact = Step {
-                model: LocalModel::new(kh, 0.0, ko).unwrap(),
-                slow_loop: SlowLoop::new(50, ReturnedForce::First, SurfaceHold::Zero).unwrap(),
+            let exact = HandStep {
+                model: PiLocalModel::new(kh, 0.0, ko).unwrap(),
+                slow_loop: SimulationLoop::new(50, ReturnedForce::First, SurfaceHold::Zero).unwrap(),
                 period_s: 1e-3,
                 input_m: 0.025,
                 one_sided: sides == "one",

@@ -1,11 +1,11 @@
 //! `cotouch local-model check`.
 
+use cotouch_analysis::local_model::{
+    Hand, LocalModelError, PiLocalModel, SimulationLoop, hand_spectral_radius, stable_int, stable_kh,
+};
 use std::fmt::Write as _;
 
 use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
-use cotouch_analysis::local_model::region::{stable_int, stable_kh};
-use cotouch_analysis::local_model::with_hand::{Hand, hand_spectral_radius};
-use cotouch_analysis::local_model::{LocalModel, LocalModelError, SlowLoop};
 use serde::Serialize;
 
 use super::words::{gain, how_it_is_closed, radius};
@@ -42,14 +42,14 @@ pub(super) fn check(check: &LocalModelCheck, output: &Output) -> Result<Verdict,
 }
 
 fn answer(check: &LocalModelCheck) -> Result<Answer, LocalModelError> {
-    let model = LocalModel::new(check.kh, check.int, check.ko)?;
-    let slow_loop = SlowLoop::new(check.ratio, check.returned_force, check.hold)?;
+    let model = PiLocalModel::new(check.kh, check.int, check.ko)?;
+    let slow_loop = SimulationLoop::new(check.ratio, check.returned_force, check.hold)?;
     let hand = check.hand.map(|[mass_kg, damping_n_s_per_m, stiffness_n_per_m]| Hand {
         mass_kg,
         damping_n_s_per_m,
         stiffness_n_per_m,
     });
-    let with_hand = |hand| hand_spectral_radius(hand, &model, &slow_loop, check.fast_hz.period_s());
+    let with_hand = |hand| hand_spectral_radius(hand, &model, &slow_loop, check.fast_hz);
     let hand_spectral_radius = hand.map(with_hand).transpose()?;
     let largest = |intervals: Vec<(f64, f64)>| intervals.last().map(|interval| interval.1);
     Ok(Answer {
@@ -106,7 +106,7 @@ fn polynomial(coefficients: &[f64]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
+    use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 
     fn asked(hand: Option<[f64; 3]>) -> LocalModelCheck {
         let (returned_force, hold) = (ReturnedForce::Mean, SurfaceHold::Zero);

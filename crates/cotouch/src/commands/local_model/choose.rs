@@ -1,10 +1,8 @@
 //! `cotouch local-model choose`.
 
+use cotouch_analysis::local_model::{ChosenGains, Compliances, SimulationLoop, choose as choose_gains};
 use std::fmt::Write as _;
 
-use cotouch_analysis::local_model::SlowLoop;
-use cotouch_analysis::local_model::choose::{Choice, choose as choose_gains};
-use cotouch_analysis::local_model::contacts::Compliances;
 use serde::Serialize;
 
 use super::words::{gain, how_it_is_closed, radius};
@@ -28,9 +26,10 @@ struct Answer {
 
 /// Chooses gains. Whatever comes out, the work is done: exit status 0.
 pub(super) fn choose(asked: &LocalModelChoose, output: &Output) -> Result<Verdict, Failure> {
-    let slow_loop = SlowLoop::new(asked.ratio, asked.returned_force, asked.hold)?;
+    let slow_loop = SimulationLoop::new(asked.ratio, asked.returned_force, asked.hold)?;
     let range = Compliances::correlated(asked.contacts, asked.correlation)?.with_error(asked.ko_error)?;
-    let Choice { model, spectral_radius, worst_spectral_radius } = choose_gains(&slow_loop, asked.ko, range)?;
+    let ChosenGains { model, spectral_radius, worst_spectral_radius } =
+        choose_gains(&slow_loop, asked.ko, range)?;
     let answer = Answer {
         kh_n_per_m: model.kh_n_per_m(),
         int_n_per_m: model.int_n_per_m(),

@@ -1,9 +1,8 @@
 //! `cotouch local-model step`.
 
+use cotouch_analysis::local_model::{HandStep, PiLocalModel, SimulationLoop, SimulationSample, StepResponse};
 use std::fmt::Write as _;
 
-use cotouch_analysis::local_model::step::{Step, StepResponse};
-use cotouch_analysis::local_model::{LocalModel, SlowLoop};
 use cotouch_scene::time::Rate;
 use serde::Serialize;
 
@@ -39,9 +38,9 @@ struct SettlingTimes {
 /// Steps the hand into the object. A file that ends in .svg gets a picture, one that ends in .csv a table.
 pub(super) fn step(asked: &LocalModelStep, output: &Output) -> Result<Verdict, Failure> {
     let ratio = ratio(asked.slow_hz, asked.fast_hz)?;
-    let step = Step {
-        model: LocalModel::new(asked.kh, asked.int, asked.ko)?,
-        slow_loop: SlowLoop::new(ratio, asked.returned_force, asked.hold)?,
+    let step = HandStep {
+        model: PiLocalModel::new(asked.kh, asked.int, asked.ko)?,
+        slow_loop: SimulationLoop::new(ratio, asked.returned_force, asked.hold)?,
         period_s: asked.fast_hz.period_s(),
         input_m: asked.input_m,
         one_sided: asked.unilateral,
@@ -80,10 +79,8 @@ fn ratio(slow: Rate, fast: Rate) -> Result<u32, Failure> {
 }
 
 impl Answer {
-    fn new(step: &Step, fast: Rate, response: &StepResponse) -> Self {
-        let of = |value: fn(&cotouch_analysis::local_model::simulation::Sample) -> f64| {
-            response.samples.iter().map(value).collect::<Vec<_>>()
-        };
+    fn new(step: &HandStep, fast: Rate, response: &StepResponse) -> Self {
+        let of = |value: fn(&SimulationSample) -> f64| response.samples.iter().map(value).collect::<Vec<_>>();
         let settling = response.settling;
         let time_s = |tick: usize| tick as f64 * fast.denominator() as f64 / fast.numerator() as f64;
         Self {

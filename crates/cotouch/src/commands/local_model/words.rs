@@ -1,6 +1,6 @@
 //! Gains, radii and conventions of a local model in words.
 
-use cotouch_analysis::local_model::{ReturnedForce, SurfaceHold};
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 
 /// N, which force and which hold, in words.
 pub(super) fn how_it_is_closed(ratio: u32, returned: ReturnedForce, hold: SurfaceHold) -> String {

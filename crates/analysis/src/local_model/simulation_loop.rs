@@ -1,13 +1,15 @@
 //! The loop of local model and simulation with the hand held still.
 
+use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use nalgebra::{DMatrix, DVector, RowDVector};
 
+use super::error::{LocalModelError, MAX_TICKS};
+use super::gains::PiLocalModel;
 use super::polynomial::Polynomial;
-use super::{LocalModel, LocalModelError, MAX_TICKS, ReturnedForce, SurfaceHold};
 
 /// How the slow loop is closed: N, which force the simulation takes, and how the surface follows its results.
 #[derive(Clone, Debug, PartialEq)]
-pub struct SlowLoop {
+pub struct SimulationLoop {
     /// w_0 … w_(N−1).
     weights: Vec<f64>,
     /// Σ w_j·j/N and Σ w_j·j·(j−1)/2N².
@@ -15,7 +17,7 @@ pub struct SlowLoop {
     hold: SurfaceHold,
 }
 
-impl SlowLoop {
+impl SimulationLoop {
     /// `ratio` = N haptic ticks in a slow period.
     ///
     /// # Errors
@@ -32,7 +34,7 @@ impl SlowLoop {
         Ok(Self::of(weights, hold))
     }
 
-    /// Any weighted mean of the forces of a period: Step 3 of Barbagli et al.'s algorithm. One weight a tick, N of
+    /// Any weighted mean of the forces of a period: HandStep 3 of Barbagli et al.'s algorithm. One weight a tick, N of
     /// them.
     ///
     /// # Errors
@@ -87,7 +89,7 @@ impl SlowLoop {
     /// `b₁ = h·m + i·m₂`, `b₀ = h·(1−m) + i·(m−m₂)`: `z² + b₁·z + b₀`, or
     /// `z³ + (b₁−1)·z² + (b₀−b₁+i·a)·z + (i·(1−a)−b₀)`.
     #[must_use]
-    pub fn characteristic(&self, model: &LocalModel) -> Polynomial {
+    pub fn characteristic(&self, model: &PiLocalModel) -> Polynomial {
         let (h, i) = (model.proportional(), model.integral());
         let [m, m2] = self.moments;
         match (self.hold, i > 0.0) {
@@ -108,22 +110,22 @@ impl SlowLoop {
 
     /// The largest absolute eigenvalue of one slow period, in closed form.
     #[must_use]
-    pub fn spectral_radius(&self, model: &LocalModel) -> f64 {
+    pub fn spectral_radius(&self, model: &PiLocalModel) -> f64 {
         self.characteristic(model).spectral_radius()
     }
 
     /// Whether a disturbance dies out: Jury's conditions, strictly. On the boundary (P with K_h = K_o) it does not.
     #[must_use]
-    pub fn is_stable(&self, model: &LocalModel) -> bool {
+    pub fn is_stable(&self, model: &PiLocalModel) -> bool {
         self.characteristic(model).is_stable()
     }
 
     /// The exact map over one slow period, tick by tick, of `[x_now, x_before, integral]`: the surface that the
     /// simulation gave last and the one before, in metres, and the integral's force over K_o, in metres. Without an
     /// integral, `[x_now, x_before]`. A second way to the radius: its eigenvalues are the roots of
-    /// [`SlowLoop::characteristic`] and, under a zero-order hold, 0.
+    /// [`SimulationLoop::characteristic`] and, under a zero-order hold, 0.
     #[must_use]
-    pub fn lifted(&self, model: &LocalModel) -> DMatrix<f64> {
+    pub fn lifted(&self, model: &PiLocalModel) -> DMatrix<f64> {
         let (h, i) = (model.proportional(), model.integral());
         let with_integral = i > 0.0;
         let size = if with_integral { 3 } else { 2 };
