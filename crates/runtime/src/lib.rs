@@ -34,7 +34,6 @@ pub mod joining;
 pub mod live;
 mod mailbox;
 mod messages;
-pub mod monitor;
 pub mod network_threads;
 pub mod observer;
 mod options;

@@ -288,8 +288,8 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        let stable = self.control.stable.load();
-        Snapshot { time_s, stable, lately: self.control.lately(), ended: self.has_ended(), hosts }
+        let (verdict, now) = (self.control.verdict.load(), self.control.now());
+        Snapshot { time_s, verdict, now, ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a

@@ -17,6 +17,18 @@ pub enum Verdict {
     Diverging,
 }
 
+impl Verdict {
+    /// In a word.
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Quiet => "quiet",
+            Self::Shaking => "shaking",
+            Self::Diverging => "diverging",
+        }
+    }
+}
+
 /// Why a run diverged.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -27,6 +39,18 @@ pub enum Divergence {
     Growth,
     /// The world left all bounds.
     OutOfBounds,
+}
+
+impl Divergence {
+    /// In words, to follow "diverging: ".
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::GovernorLimit => "a force limit acted for more than 20 ms on end",
+            Self::Growth => "the force above 8 Hz kept growing",
+            Self::OutOfBounds => "the object left all bounds",
+        }
+    }
 }
 
 /// When and why a run diverged first.
@@ -56,7 +80,7 @@ pub struct Shaking {
 }
 
 /// What goes on at a host now.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Now {
     /// Of the last second; `None` before there is one.
     pub verdict: Option<Verdict>,

@@ -9,13 +9,12 @@ use crate::sessions::{ARCHITECTURES, assert_replays, scene};
 use cotouch_device::SimulatedUser;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::RecordSink;
-use cotouch_runtime::monitor;
+use cotouch_runtime::observer::{self, Now, Verdict};
 use cotouch_runtime::real_time::realisable;
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::recorder::{Recorder, RecordingHeader};
 use cotouch_runtime::recording::{Recording, RecordingReader};
 use cotouch_runtime::replay::{ReplayError, replay};
-use cotouch_runtime::snapshot::Lately;
 use cotouch_runtime::station::Station;
 use cotouch_runtime::virtual_time::VirtualSession;
 use cotouch_scene::names::HostIndex;
@@ -51,9 +50,8 @@ fn run_to(session: &mut VirtualSession, seconds: f64) {
     assert!(session.run_to_tick((seconds * 1024.0) as u64, |_, _| {}));
 }
 
-fn lately(session: &VirtualSession) -> Lately {
-    let diverged = session.hosts().iter().any(|host| host.station.state.host.diverged);
-    monitor::lately(session.hosts().iter().map(|host| &host.station.lately), diverged)
+fn now(session: &VirtualSession) -> Now {
+    observer::together(session.hosts().iter().map(|host| host.station.observer.now()))
 }
 
 pub(crate) fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {
@@ -146,28 +144,28 @@ fn a_station_refuses_constants_of_another_world_and_goes_on() {
 }
 
 #[test]
-fn the_last_seconds_shake_past_the_boundary_and_settle_before_it() {
+fn it_shakes_past_the_boundary_and_settle_before_it() {
     let stable = realisable(&scene("distributed", &[STABLE])).0;
     let unstable = realisable(&scene("distributed", &[UNSTABLE])).0;
     let mut session = start(&stable, &Kept::default());
-    run_to(&mut session, 1.5);
-    assert_eq!(lately(&session).stable, None, "too early");
+    run_to(&mut session, 0.9);
+    assert_eq!(now(&session).verdict, None, "too early");
     run_to(&mut session, 4.0);
-    assert_eq!(lately(&session).stable, Some(true));
-    let at_rest_j = lately(&session).oscillation_j;
+    assert_eq!(now(&session).verdict, Some(Verdict::Quiet));
+    let at_rest_n = now(&session).fast_force_n;
     change(&mut session, &unstable);
     run_to(&mut session, 6.0);
     // It goes on for as long as it shakes, also when it grows no more.
     for quarter in 0..16 {
         run_to(&mut session, 6.0 + 0.25 * f64::from(quarter));
-        let lately = lately(&session);
-        assert_eq!(lately.stable, Some(false), "{lately:?}");
-        assert!(lately.oscillation_j > 1000.0 * at_rest_j.max(1e-9), "{lately:?}");
+        let now = now(&session);
+        assert!(now.verdict > Some(Verdict::Quiet), "{now:?}");
+        assert!(now.fast_force_n > 30.0 * at_rest_n, "{now:?}");
     }
     change(&mut session, &stable);
     run_to(&mut session, 13.0);
-    assert_eq!(lately(&session).stable, Some(true));
-    assert!(lately(&session).oscillation_j < 1e-6);
+    assert_eq!(now(&session).verdict, Some(Verdict::Quiet));
+    assert!(now(&session).fast_force_n < 0.02);
 }
 
 #[test]
@@ -177,7 +175,8 @@ fn users_who_touch_and_carry_do_not_shake() {
         let mut session = start(&scene, &Kept::default());
         for half_second in 1..=20 {
             run_to(&mut session, 0.5 * f64::from(half_second));
-            assert_ne!(lately(&session).stable, Some(false), "{name} after {half_second} half seconds");
+            let verdict = now(&session).verdict;
+            assert!(verdict <= Some(Verdict::Quiet), "{name} after {half_second} half seconds: {verdict:?}");
         }
     }
 }

@@ -7,8 +7,8 @@ use cotouch_net::StatePacket;
 use cotouch_runtime::change::HostChange;
 use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
 use cotouch_runtime::joining;
-use cotouch_runtime::monitor;
 use cotouch_runtime::network_threads::NetworkThreads;
+use cotouch_runtime::observer;
 use cotouch_runtime::record::{RecordItem, RecordKind};
 use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::{self, Impaired};
@@ -67,7 +67,8 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
                 _ => {}
             }
             instant(&mut stations, tick);
-            std::hint::black_box(monitor::lately(stations.iter().map(|station| &station.lately), false));
+            std::hint::black_box(observer::together(stations.iter().map(|station| station.observer.now())));
+            std::hint::black_box(stations.iter().map(|station| station.observer.verdict()).max());
         });
         assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
         consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));
