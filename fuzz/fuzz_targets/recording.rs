@@ -1,7 +1,7 @@
 //! Any bytes as a recording: items, an end or an error, never a panic and never more memory than bytes.
 #![no_main]
 
-use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::RecordingReader;
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

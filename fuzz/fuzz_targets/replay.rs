@@ -2,8 +2,7 @@
 //! packets they hold.
 #![no_main]
 
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::replay::replay;
+use cotouch_runtime::{RecordingReader, replay};
 use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {

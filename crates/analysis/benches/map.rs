@@ -2,10 +2,7 @@
 
 use std::hint::black_box;
 
-use cotouch_analysis::eigenvalues::eigenvalues;
-use cotouch_analysis::evaluator::Evaluator;
-use cotouch_analysis::map::stability_map;
-use cotouch_analysis::sweep::Sweep;
+use cotouch_analysis::{Evaluator, Sweep, eigenvalues, stability_map};
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Action, SpringDamper};
 use cotouch_testkit::scenes::edited;

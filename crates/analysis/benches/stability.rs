@@ -2,8 +2,7 @@
 
 use std::hint::black_box;
 
-use cotouch_analysis::compile::compile;
-use cotouch_analysis::stability::analyze;
+use cotouch_analysis::{analyze, compile};
 use cotouch_scene::scene::Architecture;
 use cotouch_testkit::scenes::{edited, grasp, table_6_1, with_users};
 use criterion::{Criterion, criterion_group, criterion_main};

@@ -8,7 +8,7 @@ use crate::loop_spec::{Body, Dynamics, Estimate, Plant};
 
 /// The exact step over one tick of a body with d degrees of freedom.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Step {
+pub(crate) struct BodyStep {
     /// A_D, n × n.
     pub(crate) a: DMatrix<f64>,
     /// B_D, n × d.
@@ -17,7 +17,7 @@ pub(crate) struct Step {
     pub(crate) c: DMatrix<f64>,
 }
 
-impl Step {
+impl BodyStep {
     pub(crate) fn new(body: &Body, period_s: f64) -> Self {
         let axes = body.axes.len();
         match &body.dynamics {
@@ -32,14 +32,14 @@ impl Step {
 }
 
 /// (3.15), by the exponential of the plant augmented with its held inputs: `exp([A B; 0 0]·T) = [A_D B_D; 0 I]`.
-fn zero_order_hold(plant: &Plant, period_s: f64) -> Step {
+fn zero_order_hold(plant: &Plant, period_s: f64) -> BodyStep {
     let (states, inputs) = plant.b.shape();
     let size = states + inputs;
     let mut augmented = DMatrix::zeros(size, size);
     augmented.view_mut((0, 0), (states, states)).copy_from(&(&plant.a * period_s));
     augmented.view_mut((0, states), (states, inputs)).copy_from(&(&plant.b * period_s));
     let exponential = augmented.exp();
-    Step {
+    BodyStep {
         a: exponential.view((0, 0), (states, states)).into_owned(),
         b: exponential.view((0, states), (states, inputs)).into_owned(),
         c: plant.c.clone(),
@@ -47,8 +47,8 @@ fn zero_order_hold(plant: &Plant, period_s: f64) -> Step {
 }
 
 /// The plant with what its sensor remembers: positions read at the last tick, and velocities told then.
-fn sensed(plant: &Plant, estimate: Estimate, period_s: f64) -> Step {
-    let Step { a, b, c } = zero_order_hold(plant, period_s);
+fn sensed(plant: &Plant, estimate: Estimate, period_s: f64) -> BodyStep {
+    let BodyStep { a, b, c } = zero_order_hold(plant, period_s);
     let (states, axes) = b.shape();
     let (remembered, share) = match estimate {
         Estimate::Difference => (axes, 1.0),
@@ -75,7 +75,7 @@ fn sensed(plant: &Plant, estimate: Estimate, period_s: f64) -> Step {
     let mut output = DMatrix::zeros(2 * axes, size);
     output.view_mut((0, 0), (axes, states)).copy_from(&read);
     output.rows_mut(axes, axes).copy_from(&told);
-    Step { a: next, b: input, c: output }
+    BodyStep { a: next, b: input, c: output }
 }
 
 /// M⁻¹ of a rigid body about rest, d × d.
@@ -93,7 +93,7 @@ pub(crate) fn per_inertia(body: &Body) -> DMatrix<f64> {
     full.try_inverse().unwrap_or_else(|| DMatrix::from_element(axes.len(), axes.len(), f64::NAN))
 }
 
-fn mass(per_mass: &DMatrix<f64>, integrator: Integrator, period_s: f64) -> Step {
+fn mass(per_mass: &DMatrix<f64>, integrator: Integrator, period_s: f64) -> BodyStep {
     let axes = per_mass.nrows();
     let speed = per_mass * period_s;
     let travel = match integrator {
@@ -107,5 +107,5 @@ fn mass(per_mass: &DMatrix<f64>, integrator: Integrator, period_s: f64) -> Step 
     }
     b.rows_mut(0, axes).copy_from(&travel);
     b.rows_mut(axes, axes).copy_from(&speed);
-    Step { a, b, c: DMatrix::identity(2 * axes, 2 * axes) }
+    BodyStep { a, b, c: DMatrix::identity(2 * axes, 2 * axes) }
 }

@@ -47,7 +47,7 @@ pub fn spectral_radius(eigenvalues: &[Complex<f64>]) -> f64 {
 /// Scales `matrix` to `D⁻¹·A·D` with powers of two; gives the diagonal of `D`.
 ///
 /// A row or a column without off-diagonal elements is left alone: no scale would balance it.
-pub fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
+pub(crate) fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
     const SWEEPS: usize = 100;
     let mut scales = vec![1.0; matrix.nrows()];
     for _ in 0..SWEEPS {

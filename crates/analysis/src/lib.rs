@@ -13,12 +13,12 @@
 //! ```
 //!
 //! Where fingers touch bodies with surfaces, the loop is the exact linearisation about a settled grasp
-//! ([`operating_point`]), in all directions at once: faces turn with their bodies, and preload pushes sideways on what
-//! turns. A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile`]); its map ([`lift`]) names each
-//! of its coordinates, samples in flight included; [`eigenvalues`] balances first; poles that are 1 by structure are
-//! removed by structure; [`stability`] is the verdict.
+//! ([`OperatingPoint`]), in all directions at once: faces turn with their bodies, and preload pushes sideways on what
+//! turns. A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile()`]); its map ([`LiftedMap`]) names
+//! each of its coordinates, samples in flight included; [`eigenvalues()`] balances first; poles that are 1 by structure are
+//! removed by structure; [`analyze`] gives the verdict.
 //!
-//! What follows from verdicts: [`map`] draws the plane of two scene keys ([`sweep`], [`evaluator`]), [`margin`] says how far
+//! What follows from verdicts: [`stability_map`] draws the plane of two scene keys ([`Sweep`], [`Evaluator`]), [`margins`] says how far
 //! each gain, the delay, the rates and the loss of packets are from instability. What users perceive of the object is in
 //! [`transparency`]: admittance, the damping that held data add, equivalent stiffness (Fotoohi Ghiam 2006, ch. 6).
 //!
@@ -28,14 +28,14 @@
 //! (4.1)–(4.11). One writes a loop spec where everything happens at ticks, and a diagram where something happens between
 //! them: at another phase, or after a delay that is no whole number of ticks. Local models on slowly simulated objects are
 //! in [`local_model`] (Barbagli et al. 2003, §2–3). Whole sessions around a soft body, hands, network and slow simulation
-//! together, are in [`soft`].
+//! together, are loops of the same kind.
 //!
 //! # Example
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
 //!
 //! ```
 //! use cotouch_analysis::loop_spec::{Body, Dynamics, LINE, LoopSpec, Motion, Plant};
-//! use cotouch_analysis::stability::analyze_loop;
+//! use cotouch_analysis::analyze_loop;
 //! use cotouch_scene::{scene::SpringDamper, time::Schedule};
 //! let spring = |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
 //! let verdict = |damping| {
@@ -50,8 +50,8 @@
 //! assert!(verdict(0.2).spectral_radius > 1.0); // less than k·T/2: the hold returns more energy than it takes
 //! ```
 
-pub mod check;
-pub mod compile;
+mod check;
+mod compile;
 mod contact;
 mod crossing;
 mod deflate;
@@ -59,24 +59,38 @@ pub mod diagram;
 mod discretise;
 mod dof;
 mod dominant;
-pub mod eigenvalues;
-pub mod evaluator;
+mod eigenvalues;
+mod evaluator;
 mod gains;
-pub mod lift;
+mod lift;
 pub mod local_model;
 pub mod loop_spec;
-pub mod map;
-pub mod margin;
+mod map;
+mod margin;
 mod modes;
-pub mod operating_point;
+mod operating_point;
 mod order;
 mod plant;
 mod poles;
 mod rigid;
-pub mod soft;
-pub mod stability;
-pub mod sweep;
+mod soft;
+mod stability;
+mod sweep;
 mod symmetry;
 pub mod transparency;
 mod verdict;
 mod warnings;
+
+pub use check::SpecError;
+pub use compile::{ContactMode, along_normal, compile, compile_at};
+pub use eigenvalues::{EigenvalueError, eigenvalues, spectral_radius};
+pub use evaluator::Evaluator;
+pub use lift::LiftedMap;
+pub use map::{StabilityMap, stability_map};
+pub use margin::{GainMargin, Margins, RateMargin, margins};
+pub use operating_point::{CornerContact, FingerContact, OperatingPoint};
+pub use poles::analyze_loop;
+pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
+pub use stability::analyze;
+pub use sweep::{Grid, Sweep, SweepError};
+pub use verdict::{AnalysisError, LoopStability, ModeStability, PointVerdict, Stability, Switching};

@@ -55,4 +55,4 @@ pub use region::{StableGains, stable_int, stable_kh};
 pub use simulation::{ContactSides, Simulation, SimulationSample, SimulationState, Threshold};
 pub use simulation_loop::SimulationLoop;
 pub use step::{HandStep, StepResponse};
-pub use with_hand::{Hand, hand_on_local_model, hand_spectral_radius};
+pub use with_hand::{HandImpedance, hand_on_local_model, hand_spectral_radius};

@@ -100,8 +100,7 @@ impl LoopSpec {
     }
 
     /// Network steps in so many ticks.
-    #[must_use]
-    pub fn network_steps(&self) -> u64 {
+    pub(crate) fn network_steps(&self) -> u64 {
         self.ticks_per_pattern() / self.schedule.ticks_per_pattern() * self.schedule.steps_per_pattern()
     }
 
@@ -113,8 +112,7 @@ impl LoopSpec {
     }
 
     /// The body of a motion; none for the ground and for blocks.
-    #[must_use]
-    pub fn body_of(&self, motion: Motion) -> Option<BodyId> {
+    pub(crate) fn body_of(&self, motion: Motion) -> Option<BodyId> {
         match motion {
             Motion::Ground | Motion::Output(_) => None,
             Motion::Current(body) => Some(body),
@@ -123,14 +121,12 @@ impl LoopSpec {
     }
 
     /// The degrees of freedom of a motion; none for the ground and for blocks.
-    #[must_use]
-    pub fn axes_of(&self, motion: Motion) -> &'static [Dof] {
+    pub(crate) fn axes_of(&self, motion: Motion) -> &'static [Dof] {
         self.body_of(motion).map_or(&[], |body| self.bodies[body.0].axes)
     }
 
     /// How many numbers a motion has.
-    #[must_use]
-    pub fn numbers_of(&self, motion: Motion) -> usize {
+    pub(crate) fn numbers_of(&self, motion: Motion) -> usize {
         match motion {
             Motion::Ground => 0,
             Motion::Current(body) => 2 * self.bodies[body.0].axes.len(),
@@ -140,8 +136,7 @@ impl LoopSpec {
     }
 
     /// What the numbers of a line's samples are.
-    #[must_use]
-    pub fn quantities(&self, line: &Line) -> Vec<Quantity> {
+    pub(crate) fn quantities(&self, line: &Line) -> Vec<Quantity> {
         match &line.signal {
             Signal::Motion(body) => motion_quantities(self.bodies[body.0].axes).collect(),
             Signal::Position(body) => self.bodies[body.0].axes.iter().map(|dof| dof.position()).collect(),
@@ -180,12 +175,6 @@ impl LoopSpec {
     pub fn pull(&mut self, body: BodyId, anchor: Motion, spring: SpringDamper) {
         let coupling = self.spring(Motion::Current(body), anchor, spring);
         self.act(body, coupling);
-    }
-
-    /// Couples two bodies with equal and opposite forces at every tick.
-    pub fn couple(&mut self, one: BodyId, other: BodyId, spring: SpringDamper) {
-        self.pull(one, Motion::Current(other), spring);
-        self.pull(other, Motion::Current(one), spring);
     }
 
     /// Lets the force that `line` holds act on `body`.

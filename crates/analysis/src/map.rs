@@ -21,7 +21,7 @@ use serde::Serialize;
 use crate::crossing::crossing;
 use crate::evaluator::Evaluator;
 use crate::sweep::{Sweep, SweepError};
-use axis::Axis;
+use axis::SweptAxis;
 use contours::{Edge, Verdicts};
 use plane::{Plane, Point};
 
@@ -38,7 +38,7 @@ pub struct StabilityMap {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub spectral_radius: Option<Vec<Vec<f64>>>,
     /// Where the verdict changes: polylines of (x, y), closed ones ending where they began; y is NaN for a single row,
-    /// of which each crossing is a polyline of one point. Crossings of grid lines lie within [`ACCURACY`] of the key's
+    /// of which each crossing is a polyline of one point. Crossings of grid lines lie within 1e-6 of the key's
     /// range (of its logarithm's, where values have equal ratios); half-way between neighbours where a key has whole
     /// numbers or rates only.
     pub boundary: Vec<Vec<[f64; 2]>>,
@@ -54,7 +54,7 @@ pub struct StabilityMap {
 }
 
 /// How near to the crossing a point of [`StabilityMap::boundary`] is, as a share of the key's range.
-pub const ACCURACY: f64 = 1e-6;
+const ACCURACY: f64 = 1e-6;
 
 /// The map of one or two keys, on all cores. With radii every point is analysed, without them as many as it takes.
 ///
@@ -74,7 +74,8 @@ pub fn stability_map(
         return Err(SweepError::Twice(one.to_owned()));
     }
     let evaluator = Evaluator::new(scene, &keys)?;
-    let mut plane = Plane::new(&evaluator, Axis::new(scene, x), y.map(|sweep| Axis::new(scene, sweep)));
+    let mut plane =
+        Plane::new(&evaluator, SweptAxis::new(scene, x), y.map(|sweep| SweptAxis::new(scene, sweep)));
     let stable = if with_radius {
         all_verdicts(&mut plane, progress)?
     } else {

@@ -1,9 +1,10 @@
-//! The contact modes of any scene: the one place where kinds of scene are told apart.
+//! The loops of any scene: the one place where kinds of scene are told apart.
 
 use cotouch_scene::Scene;
+use cotouch_scene::scene::SceneValues;
 
 use crate::compile::{self, ContactMode};
-use crate::soft::{self, Bodies};
+use crate::soft::{self, Bodies, UserTouch};
 use crate::verdict::AnalysisError;
 
 /// Every contact mode, and what was left out, in plain sentences. `bodies` remembers what was prepared before.
@@ -12,4 +13,12 @@ pub(crate) fn contact_modes(
     bodies: &Bodies,
 ) -> Result<(Vec<ContactMode>, Vec<String>), AnalysisError> {
     if scene.soft.exists() { Ok(soft::modes(scene, bodies)?) } else { Ok(compile::modes(scene)) }
+}
+
+/// Each user alone on the soft object, with the hands that `hands` describes; `None` where the object is rigid.
+pub(crate) fn touches_of_users(
+    scene: &Scene,
+    hands: &SceneValues,
+) -> Result<Option<Vec<UserTouch>>, AnalysisError> {
+    if scene.soft.exists() { Ok(Some(soft::touches_of_users(scene, hands)?)) } else { Ok(None) }
 }

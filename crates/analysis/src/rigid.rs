@@ -20,14 +20,14 @@ mod offsets;
 mod pivots;
 mod ties;
 
-use cotouch_scene::names::{Coordinate, Part as PartName};
+use cotouch_scene::names::{Coordinate, Part};
 use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
 use crate::loop_spec::{Coupling, Delay, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
 use coasting::{Coasting, coasting};
 use offsets::{Offsets, is_of_part};
-use pivots::Part;
+use pivots::TurningPart;
 use ties::Ties;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.
@@ -55,9 +55,9 @@ fn rounding(spec: &LoopSpec) -> f64 {
 /// Whether no force ties the copies of some object to each other.
 pub(crate) fn has_untied_copies(spec: &LoopSpec) -> bool {
     let parts = Ties::parts(spec);
-    let mut seen: Vec<(PartName, usize)> = Vec::new();
+    let mut seen: Vec<(Part, usize)> = Vec::new();
     spec.bodies.iter().enumerate().any(|(index, body)| {
-        let Some(&Coordinate::Own { part: name @ PartName::Object(_), .. }) = body.states.first() else {
+        let Some(&Coordinate::Own { part: name @ Part::Object(_), .. }) = body.states.first() else {
             return false;
         };
         let part = parts.of(index);
@@ -85,7 +85,7 @@ impl Structure {
             }
         }
         for bodies in parts.groups() {
-            let part = Part { spec, layout, coasting: &coasting, bodies: &bodies };
+            let part = TurningPart { spec, layout, coasting: &coasting, bodies: &bodies };
             for (still, uniform) in part.pivots(&structure.still, map) {
                 structure.dragged += usize::from(uniform.is_none());
                 structure.rigid.push(still);

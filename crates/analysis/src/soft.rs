@@ -27,10 +27,10 @@ mod slow_body;
 mod touched;
 
 pub use compile::compile_unreduced;
-pub(crate) use compile::modes;
+pub(crate) use compile::{UserTouch, modes, touches_of_users};
 pub use error::SoftAnalysisError;
 pub(crate) use prepared::Bodies;
-pub use ratios::{ratios, worst_radius};
+pub use ratios::gain_ratios;
 pub use slow_body::SingularStep;
 
 #[cfg(test)]

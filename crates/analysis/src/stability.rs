@@ -7,8 +7,8 @@ use crate::modes::contact_modes;
 use crate::soft::Bodies;
 use crate::warnings::warnings;
 
-pub use crate::poles::analyze_loop;
-pub use crate::verdict::{AnalysisError, LoopStability, ModeStability, PointVerdict, Stability, Switching};
+use crate::poles::analyze_loop;
+use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching};
 
 /// Analyses every contact mode of a scene.
 ///

@@ -11,7 +11,9 @@
 //! - [`added_damping`]: (6.2), the limit of F/V for z → 1, from the structure of the loop and not from small frequencies.
 //! - [`equivalent_stiffness`]: F/X at rest.
 //!
-//! Scenes with several directions are looked at along one line ([`Reduction`]), as in Fotoohi Ghiam 2006.
+//! Scenes with several directions are looked at along one line ([`Reduction`]), as in Fotoohi Ghiam 2006. On a soft object
+//! every finger of the user touches, pushes and answers along the normal of the surface there; the object is held to the ground,
+//! so that positions answer.
 //!
 //! # Example
 //! Held data brake: the remote user of a centralized session feels (B.10).
@@ -40,11 +42,13 @@ mod source;
 mod statics;
 mod stiffness;
 mod turning;
+mod user_loops;
 mod viscous;
 
-pub use admittance::{Admittance, Answer, IdealAdmittance, UserAdmittance, admittance};
+pub use admittance::{Admittance, IdealAdmittance, UserAdmittance, admittance};
 pub use damping::{AddedDamping, added_damping};
 pub use error::TransparencyError;
 pub use one_line::Reduction;
 pub use stiffness::{EquivalentStiffness, UserStiffness, equivalent_stiffness};
 pub use turning::TurningDamping;
+pub use user_loops::Answer;

@@ -1,10 +1,8 @@
 //! What the page's lesson is told: the analysis of the scene as it would run, part by part.
 
-use cotouch_analysis::evaluator::Evaluator;
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::margin::margins;
-use cotouch_analysis::stability::{ModeStability, Stability, analyze};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{
+    Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze, margins, stability_map,
+};
 use cotouch_runtime::clock;
 use cotouch_scene::Scene;
 use cotouch_viewer::{Answer, MapAxes, MapAxis, Predictor, Question};
@@ -13,9 +11,9 @@ use serde_json::{Value, json};
 /// A map of which one point takes longer than this is drawn coarsely first, and never completed point by point, s.
 const SLOW_POINT_S: f64 = 1e-3;
 /// Most values along an axis of a map on the page.
-const MOST_VALUES: usize = 200;
+const MAX_VALUES: usize = 200;
 /// Contact modes that the page lists, the worst ones.
-const MOST_MODES: usize = 64;
+const MAX_MODES: usize = 64;
 
 /// Answers by analysing, on one core: the others belong to the session that runs.
 pub(crate) struct Analyst {
@@ -77,7 +75,7 @@ impl Analyst {
 
 fn sweep(axis: &MapAxis) -> Result<Sweep, SweepError> {
     let MapAxis { key, from, to, count, log } = axis;
-    let count = (*count).clamp(2, MOST_VALUES);
+    let count = (*count).clamp(2, MAX_VALUES);
     let logarithm = if *log { ":log" } else { "" };
     format!("{key}={from}..{to}:{count}{logarithm}").parse()
 }
@@ -123,7 +121,7 @@ fn coarse(x: &Sweep, y: &Sweep, stable: &[Vec<bool>], complete: bool) -> Value {
 fn verdict(stability: &Stability) -> Value {
     let mut modes: Vec<&ModeStability> = stability.modes.iter().collect();
     modes.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
-    modes.truncate(MOST_MODES);
+    modes.truncate(MAX_MODES);
     json!({
         "stable": stability.stable,
         "spectral_radius": stability.spectral_radius,

@@ -7,15 +7,10 @@ use std::thread;
 
 use anyhow::Context as _;
 use cotouch_net::Route;
-use cotouch_runtime::live::{LiveSession, numbered};
-use cotouch_runtime::real_time;
-use cotouch_runtime::record::{RecordKind, TickRecord};
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::replay::{self, Replayed};
-use cotouch_runtime::session_handle::LOOK_PERIOD;
-use cotouch_runtime::summary::Summary;
-use cotouch_runtime::virtual_run;
-use cotouch_runtime::{DeviceChoice, RealTimeOptions};
+use cotouch_runtime::{
+    DeviceChoice, LOOK_PERIOD, LiveSession, RealTimeOptions, RecordKind, RecordingReader, Replayed, Summary,
+    TickRecord, numbered_path, real_time, virtual_run,
+};
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
@@ -136,7 +131,7 @@ pub(crate) fn watch(
             live.is_watched(if plan.while_watched { WATCHED_S } else { 0.0 });
         }
         if let Some(file) = &plan.recording {
-            growth.look(&numbered(file, live.scene().1));
+            growth.look(&numbered_path(file, live.scene().1));
         }
         if let (Some(warning), false) = (live.warning(), warned) {
             warned = true;
@@ -230,5 +225,5 @@ pub(crate) fn replay(file: &Path) -> anyhow::Result<Replayed> {
     let progress = Progress::unmeasured("replaying");
     let name = || file.display().to_string();
     let recording = RecordingReader::open(file).with_context(name)?;
-    replay::replay(recording, |ticks| progress.count(ticks)).with_context(name)
+    cotouch_runtime::replay(recording, |ticks| progress.count(ticks)).with_context(name)
 }

@@ -1,17 +1,17 @@
 //! What a run looked like, in bounded memory however long it was: the least and the largest value a stretch of time, and
 //! paths thinned by halves.
 
-use cotouch_runtime::record::TickRecord;
+use cotouch_runtime::TickRecord;
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Space};
 use glam::DVec3;
 
 /// Stretches that a curve is cut into, at most.
-const MOST_BINS: usize = 1024;
+const MAX_BINS: usize = 1024;
 
 /// Points of a path, at most.
-const MOST_POSES: usize = 1024;
+const MAX_POSES: usize = 1024;
 
 /// What every host's user felt and where things were.
 #[derive(Clone, Debug, PartialEq)]
@@ -110,7 +110,7 @@ impl Path {
             return;
         }
         if self.seen.is_multiple_of(1 << self.halvings) {
-            if self.kept.len() == MOST_POSES {
+            if self.kept.len() == MAX_POSES {
                 self.kept = self.kept.iter().step_by(2).copied().collect();
                 self.halvings += 1;
             }
@@ -157,7 +157,7 @@ struct Bin {
 impl Envelope {
     /// An empty curve whose values come every `period_s`.
     pub(crate) fn new(period_s: f64) -> Self {
-        Self { bin_s: period_s, bins: Vec::with_capacity(MOST_BINS) }
+        Self { bin_s: period_s, bins: Vec::with_capacity(MAX_BINS) }
     }
 
     /// Takes a value; times do not go backwards.
@@ -172,7 +172,7 @@ impl Envelope {
             Some(bin) if bin.index == index => bin.take(point),
             _ => {
                 self.bins.push(Bin { index, least: point, largest: point });
-                if self.bins.len() >= MOST_BINS {
+                if self.bins.len() >= MAX_BINS {
                     self.halve();
                 }
             }
@@ -193,7 +193,7 @@ impl Envelope {
 
     fn halve(&mut self) {
         self.bin_s *= 2.0;
-        let mut halved: Vec<Bin> = Vec::with_capacity(MOST_BINS);
+        let mut halved: Vec<Bin> = Vec::with_capacity(MAX_BINS);
         for bin in &self.bins {
             let index = bin.index / 2;
             match halved.last_mut() {
@@ -230,7 +230,7 @@ mod tests {
             let spike = if tick == 123_456 { 7.0 } else { 0.0 };
             curve.push(f64::from(tick) * 1e-3, (f64::from(tick) * 0.1).sin() + spike);
         }
-        assert!(curve.points().count() <= 2 * MOST_BINS);
+        assert!(curve.points().count() <= 2 * MAX_BINS);
         let largest = curve.points().map(|point| point.1).fold(f64::MIN, f64::max);
         assert!(largest > 6.0, "{largest}");
         let (start, end) = (curve.points().next().unwrap().0, curve.points().last().unwrap().0);
@@ -243,7 +243,7 @@ mod tests {
         for tick in 0..100_001_u32 {
             path.push(Pose::at(DVec3::X * f64::from(tick)));
         }
-        assert!(path.poses().count() <= MOST_POSES + 1);
+        assert!(path.poses().count() <= MAX_POSES + 1);
         let (first, last) = path.ends().unwrap();
         assert_eq!((first.position.x, last.position.x), (0.0, 100_000.0));
         let steps: Vec<f64> = path.points().map(|point| point.x).collect();

@@ -5,7 +5,7 @@
 
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::scene::GovernorLimits;
-use cotouch_scene::time::{LocalTime, Rate};
+use cotouch_scene::time::Rate;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -43,7 +43,6 @@ pub struct Governor {
     soft_start_ticks: u32,
     release_ticks: u32,
     watchdog_ticks: u32,
-    watchdog_ns: i64,
 }
 
 /// The governor's state: a plain value.
@@ -145,7 +144,6 @@ impl Governor {
             soft_start_ticks: ticks(limits.soft_start_s),
             release_ticks: ticks(limits.release_s),
             watchdog_ticks: ticks(limits.watchdog_s),
-            watchdog_ns: (limits.watchdog_s * 1e9) as i64,
         }
     }
 
@@ -194,14 +192,6 @@ impl Governor {
             GovernorPhase::Releasing { ticks, .. } => 1.0 - share(ticks, self.release_ticks),
             GovernorPhase::Released => 0.0,
         }
-    }
-
-    /// Whether a device that was last written at `written` has gone without for longer than `watchdog_s`. Whoever
-    /// finds that, outside the loop that died, goes on calling [`govern`](Self::govern) with `stop` set, once a
-    /// period, and writes what comes out until [`GovernorState::is_released`].
-    #[must_use]
-    pub fn watchdog_expired(&self, written: LocalTime, now: LocalTime) -> bool {
-        now.since(written) > self.watchdog_ns
     }
 
     fn damped(&self, input: &GovernorInput) -> Wrench {

@@ -2,10 +2,10 @@
 
 use std::hint::black_box;
 
-use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordSink, record_ring};
-use cotouch_runtime::record::{RecordItem, RecordKind, TickRecord};
-use cotouch_runtime::recorder::{Recorder, RecordingHeader};
-use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::{
+    RECORD_RING_BYTES, RecordItem, RecordKind, RecordSink, Recorder, RecordingHeader, RecordingReader,
+    TickRecord, record_ring,
+};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::Rate;
@@ -49,7 +49,7 @@ fn benchmark(criterion: &mut Criterion) {
     group.throughput(Throughput::Elements(TICKS));
     group.bench_function("haptic thread: into the ring", |bencher| {
         bencher.iter_batched_ref(
-            || record_ring(HostIndex(0), DEFAULT_CAPACITY),
+            || record_ring(HostIndex(0), RECORD_RING_BYTES),
             |(producer, _consumer)| items.iter().for_each(|item| producer.record(black_box(item))),
             BatchSize::PerIteration,
         );

@@ -4,8 +4,7 @@
 //! `cargo bench -p cotouch-runtime --bench virtual_time`
 
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{Station, VirtualSession};
 use cotouch_testkit::built_in;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 

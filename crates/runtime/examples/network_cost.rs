@@ -8,10 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use cotouch_net::{Entry, StatePacket};
-use cotouch_runtime::clock;
-use cotouch_runtime::joining;
-use cotouch_runtime::network_threads::{HapticPort, NetworkThreads};
 use cotouch_runtime::transport::{self, Impaired};
+use cotouch_runtime::{HapticPort, NetworkThreads, clock, full_session_endpoint};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -78,9 +76,10 @@ fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     let server = sockets[0].route()?;
     let mut ends: Vec<(NetworkThreads, HapticPort)> = Vec::new();
     for (host, socket) in (0u8..).map(HostIndex).zip(sockets) {
-        let endpoint = joining::endpoint(&scene, host, server, clock::now());
+        let endpoint = full_session_endpoint(&scene, host, server, clock::now());
         ends.push(NetworkThreads::start(Impaired::new(socket), endpoint, &host.to_string())?);
     }
+    // The session begins when the clocks of both ends are known, and nobody tells of it.
     while ends.iter_mut().any(|(_, port)| port.clock().is_none()) {
         thread::sleep(Duration::from_millis(10));
     }

@@ -27,14 +27,14 @@ impl HostChange {
             scene_toml: cotouch_scene::to_toml(scene),
         }
     }
-}
 
-/// Whether a session that runs `from` can run `to` from one tick to the next.
-#[must_use]
-pub fn is_possible(from: &Scene, to: &Scene) -> bool {
-    let mut reached = SceneValues::clone(from);
-    take_what_can_change(&mut reached, to);
-    reached == **to && from.hosts().all(|host| has_the_same_states(from, to, host))
+    /// Whether a session that runs `from` can run `to` from one tick to the next.
+    #[must_use]
+    pub fn is_possible(from: &Scene, to: &Scene) -> bool {
+        let mut reached = SceneValues::clone(from);
+        take_what_can_change(&mut reached, to);
+        reached == **to && from.hosts().all(|host| has_the_same_states(from, to, host))
+    }
 }
 
 fn take_what_can_change(scene: &mut SceneValues, to: &SceneValues) {
@@ -105,7 +105,7 @@ mod tests {
         for (name, setting) in possible {
             let changed = scene(name, &[setting]);
             assert_ne!(changed, scene(name, &[]), "{setting}");
-            assert!(is_possible(&scene(name, &[]), &changed), "{name} {setting}");
+            assert!(HostChange::is_possible(&scene(name, &[]), &changed), "{name} {setting}");
         }
         let impossible = [
             ("single-axis", "session.users=3"),
@@ -117,10 +117,13 @@ mod tests {
             ("grasp", "governor.max_force_n=2"),
         ];
         for (name, setting) in impossible {
-            assert!(!is_possible(&scene(name, &[]), &scene(name, &[setting])), "{name} {setting}");
+            assert!(
+                !HostChange::is_possible(&scene(name, &[]), &scene(name, &[setting])),
+                "{name} {setting}"
+            );
         }
-        assert!(!is_possible(&scene("single-axis", &[]), &scene("grasp", &[])));
+        assert!(!HostChange::is_possible(&scene("single-axis", &[]), &scene("grasp", &[])));
         let without_walls = ["wall.stiffness_n_per_m=0", "wall.damping_n_s_per_m=0"];
-        assert!(!is_possible(&scene("grasp", &[]), &scene("grasp", &without_walls)));
+        assert!(!HostChange::is_possible(&scene("grasp", &[]), &scene("grasp", &without_walls)));
     }
 }

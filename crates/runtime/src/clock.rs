@@ -48,7 +48,7 @@ fn sleep_until(instant: LocalTime) {
 /// The wall clock, ns since 1970; only for labels of recordings.
 #[expect(clippy::disallowed_methods, reason = "the one place that reads the wall clock")]
 #[must_use]
-pub fn unix_now_ns() -> u64 {
+pub(crate) fn unix_now_ns() -> u64 {
     let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH);
     since_1970.map_or(0, |duration| duration.as_nanos() as u64)
 }

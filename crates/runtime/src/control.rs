@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-use crate::observer::{Now, Verdict};
+use crate::observer::{LiveVerdict, RunVerdict};
 
 /// What others may ask of the haptic thread, and what it tells them.
 #[derive(Debug, Default)]
@@ -32,15 +32,15 @@ impl Control {
     }
 
     /// Tells what goes on. No allocation, no lock.
-    pub(crate) fn tell_now(&self, now: Now) {
+    pub(crate) fn tell_now(&self, now: LiveVerdict) {
         self.now.store(now.verdict);
         self.fast_force_n.store(now.fast_force_n.to_bits(), Ordering::Relaxed);
     }
 
     /// What goes on.
-    pub(crate) fn now(&self) -> Now {
+    pub(crate) fn now(&self) -> LiveVerdict {
         let fast_force_n = f64::from_bits(self.fast_force_n.load(Ordering::Relaxed));
-        Now { verdict: self.now.load(), fast_force_n }
+        LiveVerdict { verdict: self.now.load(), fast_force_n }
     }
 }
 
@@ -49,12 +49,12 @@ impl Control {
 pub(crate) struct AtomicVerdict(AtomicU8);
 
 impl AtomicVerdict {
-    pub(crate) fn store(&self, verdict: Option<Verdict>) {
+    pub(crate) fn store(&self, verdict: Option<RunVerdict>) {
         self.0.store(verdict.map_or(0, |verdict| 1 + verdict as u8), Ordering::Relaxed);
     }
 
-    pub(crate) fn load(&self) -> Option<Verdict> {
-        [Verdict::Quiet, Verdict::Shaking, Verdict::Diverging]
+    pub(crate) fn load(&self) -> Option<RunVerdict> {
+        [RunVerdict::Quiet, RunVerdict::Shaking, RunVerdict::Diverging]
             .into_iter()
             .find(|&verdict| 1 + verdict as u8 == self.0.load(Ordering::Relaxed))
     }

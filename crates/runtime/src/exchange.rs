@@ -12,7 +12,7 @@ use cotouch_scene::names::HostIndex;
 use crate::record::{Note, RecordItem, RecordKind};
 
 /// Bytes that wait for the recorder at most, by default: several seconds of a host with a few fingers and bodies.
-pub const DEFAULT_CAPACITY: usize = 4 << 20;
+pub const RECORD_RING_BYTES: usize = 4 << 20;
 
 /// Longest item, in bytes, and so most of what a producer keeps besides the ring: a host's whole state with 16 users
 /// and the longest play-out fits.

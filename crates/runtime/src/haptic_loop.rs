@@ -12,7 +12,7 @@ use crate::control::Control;
 use crate::haptic_host::HapticHost;
 use crate::mailbox::Mailbox;
 use crate::network_threads::HapticPort;
-use crate::observer::{self, Observer};
+use crate::observer::{LiveVerdict, Observer};
 use crate::priority;
 
 /// Displays are told of at most every this many nanoseconds.
@@ -109,7 +109,7 @@ fn run_ticks(
         if elapsed_ns >= next_now_ns {
             next_now_ns = elapsed_ns + NOW_PERIOD_NS;
             let observers = || hosts.iter().map(|host| &host.station.observer);
-            control.tell_now(observer::together(observers().map(Observer::now)));
+            control.tell_now(LiveVerdict::combine(observers().map(Observer::now)));
             control.verdict.store(observers().map(Observer::verdict).max());
         }
         if !releasing || control.elapsed_ns.load(Ordering::Relaxed) == 0 {

@@ -16,7 +16,7 @@ use crate::transport::Transport;
 /// The endpoint of `host` in a session that starts when all of the scene's users are there. Its ids come from the
 /// scene's seed, so that the same session is the same, byte for byte.
 #[must_use]
-pub fn endpoint(scene: &Scene, host: HostIndex, server: Route, now: LocalTime) -> Endpoint {
+pub fn full_session_endpoint(scene: &Scene, host: HostIndex, server: Route, now: LocalTime) -> Endpoint {
     let seed = scene.session.seed.wrapping_mul(0x9e37_79b9_7f4a_7c15).wrapping_add(u64::from(host.0));
     let mut config = config(scene, seed);
     config.user = Some(scene.users[host.index()].name.clone());
@@ -25,7 +25,7 @@ pub fn endpoint(scene: &Scene, host: HostIndex, server: Route, now: LocalTime) -
 
 /// The endpoint of a session that others join when they like.
 #[must_use]
-pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
+pub(crate) fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
     let mut config = config(scene, instance_seed());
     config.start = StartWhen::Immediately;
     Endpoint::serve(config, now)
@@ -33,7 +33,7 @@ pub fn serving_endpoint(scene: &Scene, now: LocalTime) -> Endpoint {
 
 /// The endpoint of a newcomer who wants to be `user`, or anyone.
 #[must_use]
-pub fn joining_endpoint(scene: &Scene, user: Option<&str>, server: Route, now: LocalTime) -> Endpoint {
+pub(crate) fn joining_endpoint(scene: &Scene, user: Option<&str>, server: Route, now: LocalTime) -> Endpoint {
     let mut config = config(scene, instance_seed());
     config.user = user.map(str::to_owned);
     Endpoint::join(config, server, now)

@@ -1,16 +1,17 @@
 //! Sessions in virtual time and in real time; recorder and replay.
 //!
-//! A [`station::Station`] is one host with its device and its governor, as a value that is stepped. Everything else
-//! here decides *when* it is stepped and what it hears:
+//! A [`Station`] is one host with its device and its governor, as a value that is stepped. Everything else here decides
+//! *when* it is stepped and what it hears:
 //!
-//! - [`virtual_time`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
+//! - [`VirtualSession`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
 //!   scene that way, far faster than real time, to the same bytes every time;
 //! - [`real_time`] starts sessions on real clocks and sockets: one pacing thread a process, two network threads a host
-//!   ([`network_threads`]) around a [`transport`], one thread a host that simulates a soft object, one recorder thread. A [`session_handle::SessionHandle`] is the rest of the program's view of it.
+//!   ([`NetworkThreads`]) around a [`transport`], one thread a host that simulates a soft object, one recorder thread. A
+//!   [`SessionHandle`] is the rest of the program's view of it.
 //!
-//! Both write the same recording ([`record`], [`recorder`]), which [`recording`] reads, [`export`] turns into tables
-//! and [`replay`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is late skips to
-//! the tick that is due, advances its world by one period and says so in the recording.
+//! Both write the same recording (a [`Recorder`] writes [`RecordItem`]s), which [`RecordingReader`] reads, [`export_csv`]
+//! turns into tables and [`replay()`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is
+//! late skips to the tick that is due, advances its world by one period and says so in the recording.
 //!
 //! ```
 //! let scene = cotouch_scene::load("single-axis", &[])?;
@@ -20,47 +21,68 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod change;
+mod change;
 pub mod clock;
 mod control;
 mod device_choice;
-pub mod exchange;
-pub mod export;
+mod exchange;
+mod export;
 mod faults;
 mod guests;
 mod haptic_host;
 mod haptic_loop;
-pub mod joining;
-pub mod live;
+mod joining;
+mod live;
 mod mailbox;
 mod messages;
-pub mod network_threads;
-pub mod observer;
+mod network_threads;
+mod observer;
 mod options;
 mod pointer;
 mod priority;
 pub mod real_time;
-pub mod record;
-pub mod recorder;
-pub mod recording;
+mod record;
+mod recorder;
+mod recording;
 mod recording_thread;
-pub mod replay;
-pub mod session_handle;
-pub mod slow;
-pub mod slow_thread;
-pub mod snapshot;
+mod replay;
+mod session_handle;
+mod slow;
+mod slow_thread;
+mod snapshot;
 mod start_error;
-pub mod station;
-pub mod summary;
+mod station;
+mod summary;
 mod summary_of_run;
 mod tick_fields;
 mod timing;
 pub mod transport;
 pub mod virtual_run;
-pub mod virtual_time;
+mod virtual_time;
 
+pub use change::HostChange;
 pub use device_choice::DeviceChoice;
+pub use exchange::{RECORD_RING_BYTES, RecordConsumer, RecordProducer, RecordSink, record_ring};
+pub use export::{ExportError, export_csv};
 pub use faults::{DeviceFaults, FaultText};
+pub use joining::full_session_endpoint;
+pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path};
+pub use network_threads::{HapticPort, Inbound, NetworkThreads, Outbound};
+pub use observer::{Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, Shaking};
 pub use options::RealTimeOptions;
 pub use pointer::{HeldBy, PointerHandle, Seat, TakeError};
+pub use record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+pub use recorder::{MAX_MESSAGE_BYTES, RecordError, Recorder, RecordingHeader, RecordingSummary};
+pub use recording::{Recording, RecordingEnd, RecordingError, RecordingReader};
+pub use replay::{Comparison, Difference, ReplayError, Replayed, TickDifference, replay};
+pub use session_handle::{LOOK_PERIOD, SessionHandle};
+pub use slow::{SlowPort, slow_simulation};
+pub use slow_thread::start_slow_thread;
+pub use snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot, SurfaceShown};
 pub use start_error::StartError;
+pub use station::{Punctuality, Station, StationState};
+pub use summary::{
+    DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
+    PassivitySummary, Percentiles, Predicted, RoundTrip, ShakingSummary, SoftSummary, Summary, UserSummary,
+};
+pub use virtual_time::{VirtualHost, VirtualSession};

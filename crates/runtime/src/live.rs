@@ -69,7 +69,7 @@ impl LiveSession {
             let impairment = &scene.link.impairment;
             let options = RealTimeOptions {
                 duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(SHORTEST_S)),
-                recording: options.recording.as_deref().map(|path| numbered(path, generation)),
+                recording: options.recording.as_deref().map(|path| numbered_path(path, generation)),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
                 devices: options.devices.clone(),
             };
@@ -274,7 +274,7 @@ fn realisable(scene: &Scene) -> (Scene, Option<String>) {
 
 /// Where the recording of a session goes: the first one to `path`, later ones to `NAME-2.mcap` and so on beside it.
 #[must_use]
-pub fn numbered(path: &Path, generation: u32) -> PathBuf {
+pub fn numbered_path(path: &Path, generation: u32) -> PathBuf {
     if generation <= 1 {
         return path.to_owned();
     }

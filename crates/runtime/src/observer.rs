@@ -21,7 +21,7 @@ use cotouch_scene::time::Rate;
 
 use self::band::Band;
 use self::finger::FingerObserver;
-pub use self::told::{Diverged, Divergence, Now, Rendered, Shaking, Verdict};
+pub use self::told::{Diverged, Divergence, LiveVerdict, Rendered, RunVerdict, Shaking};
 
 /// Observes the fingers of one host.
 #[derive(Clone, Debug)]
@@ -73,13 +73,13 @@ impl Observer {
 
     /// Of all that was observed.
     #[must_use]
-    pub fn verdict(&self) -> Verdict {
+    pub fn verdict(&self) -> RunVerdict {
         if self.diverged().is_some() {
-            Verdict::Diverging
+            RunVerdict::Diverging
         } else if self.shaking().next().is_some() {
-            Verdict::Shaking
+            RunVerdict::Shaking
         } else {
-            Verdict::Quiet
+            RunVerdict::Quiet
         }
     }
 
@@ -103,39 +103,20 @@ impl Observer {
 
     /// What goes on now. No allocation.
     #[must_use]
-    pub fn now(&self) -> Now {
+    pub fn now(&self) -> LiveVerdict {
         let second = self.control.ticks_in(1.0);
         let is_recent = |tick: Option<u64>| tick.is_some_and(|tick| tick + second > self.last_tick);
         let fingers = || self.fingers.iter();
         let verdict =
             if is_recent(self.lost_at) || fingers().any(|finger| is_recent(finger.last_diverging_tick())) {
-                Some(Verdict::Diverging)
+                Some(RunVerdict::Diverging)
             } else if fingers().any(|finger| is_recent(finger.last_shaking_tick())) {
-                Some(Verdict::Shaking)
+                Some(RunVerdict::Shaking)
             } else {
-                (self.observed_ticks >= second).then_some(Verdict::Quiet)
+                (self.observed_ticks >= second).then_some(RunVerdict::Quiet)
             };
-        Now { verdict, fast_force_n: fingers().map(FingerObserver::fast_force_n).fold(0.0, f64::max) }
+        LiveVerdict { verdict, fast_force_n: fingers().map(FingerObserver::fast_force_n).fold(0.0, f64::max) }
     }
-}
-
-/// Of several hosts, what goes on at the worst.
-#[must_use]
-pub fn together(hosts: impl Iterator<Item = Now>) -> Now {
-    let mut worst: Option<Now> = None;
-    for now in hosts {
-        worst = Some(match worst {
-            None => now,
-            Some(worst) => Now {
-                verdict: match (worst.verdict, now.verdict) {
-                    (Some(Verdict::Quiet) | None, None) | (None, Some(Verdict::Quiet)) => None,
-                    (one, other) => one.max(other),
-                },
-                fast_force_n: worst.fast_force_n.max(now.fast_force_n),
-            },
-        });
-    }
-    worst.unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -173,7 +154,7 @@ mod tests {
             let shakes = (2.0..4.0).contains(&t);
             3.0 * sine(0.5, t) + if shakes { 0.1 * 2.0_f64.sqrt() * sine(40.0, t) } else { 0.0 }
         });
-        assert_eq!(observer.verdict(), Verdict::Shaking);
+        assert_eq!(observer.verdict(), RunVerdict::Shaking);
         let [shaking] = observer.shaking().collect::<Vec<_>>()[..] else { panic!("one stretch") };
         let time = |tick: u64| tick as f64 / HZ;
         assert!(
@@ -182,37 +163,37 @@ mod tests {
         );
         assert!((shaking.rms_n / 0.1 - 1.0).abs() < 0.1, "{shaking:?}");
         assert!((shaking.hz / 40.0 - 1.0).abs() < 0.05, "{shaking:?}");
-        assert_eq!(observer.now().verdict, Some(Verdict::Quiet), "what is over is over, now");
+        assert_eq!(observer.now().verdict, Some(RunVerdict::Quiet), "what is over is over, now");
     }
 
     #[test]
     fn the_verdict_is_the_same_however_long_a_quiet_end_lasts() {
         for seconds in [3.0, 5.0, 8.0, 20.0, 60.0] {
             let observer = force(seconds, |t| if t < 2.5 { sine(30.0, t) } else { 0.0 });
-            assert_eq!(observer.verdict(), Verdict::Shaking, "{seconds} s");
+            assert_eq!(observer.verdict(), RunVerdict::Shaking, "{seconds} s");
         }
     }
 
     #[test]
     fn what_users_do_is_quiet() {
         let pressing = |t: f64| 2.0 + 1.5 * sine(1.0, t);
-        assert_eq!(force(10.0, pressing).verdict(), Verdict::Quiet);
+        assert_eq!(force(10.0, pressing).verdict(), RunVerdict::Quiet);
         // A touch once a second: a step that rings off within a fifth of a second.
         let touch =
             |t: f64| (1.0 - (-(t.fract()) * 40.0).exp()) + 0.5 * (-(t.fract()) * 20.0).exp() * sine(25.0, t);
-        assert_eq!(force(10.0, touch).verdict(), Verdict::Quiet);
+        assert_eq!(force(10.0, touch).verdict(), RunVerdict::Quiet);
     }
 
     #[test]
     fn too_weak_or_too_short_does_not_count() {
-        assert_eq!(force(10.0, |t| 0.045 * 2.0_f64.sqrt() * sine(40.0, t)).verdict(), Verdict::Quiet);
+        assert_eq!(force(10.0, |t| 0.045 * 2.0_f64.sqrt() * sine(40.0, t)).verdict(), RunVerdict::Quiet);
         assert_eq!(
             force(10.0, |t| if t.fract() < 0.3 { sine(40.0, t) } else { 0.0 }).verdict(),
-            Verdict::Quiet
+            RunVerdict::Quiet
         );
         assert_eq!(
             force(10.0, |t| if t % 2.0 < 0.7 { sine(40.0, t) } else { 0.0 }).verdict(),
-            Verdict::Shaking
+            RunVerdict::Shaking
         );
     }
 
@@ -222,11 +203,11 @@ mod tests {
         let observer = force(4.0, |t| growing(t) * sine(40.0, t));
         let diverged = observer.diverged().expect("it grows");
         assert_eq!((diverged.cause, diverged.finger), (Divergence::Growth, Some(0)));
-        assert_eq!(observer.now().verdict, Some(Verdict::Diverging));
+        assert_eq!(observer.now().verdict, Some(RunVerdict::Diverging));
         let levels_off = |t: f64| growing(t.min(4.0)) * sine(40.0, t);
-        assert_eq!(force(4.2, levels_off).verdict(), Verdict::Diverging);
+        assert_eq!(force(4.2, levels_off).verdict(), RunVerdict::Diverging);
         for seconds in [5.5, 10.0, 40.0] {
-            assert_eq!(force(seconds, levels_off).verdict(), Verdict::Shaking, "{seconds} s");
+            assert_eq!(force(seconds, levels_off).verdict(), RunVerdict::Shaking, "{seconds} s");
         }
     }
 
@@ -240,7 +221,7 @@ mod tests {
         };
         for seconds in [5.0, 10.0, 30.0] {
             let observer = run(seconds, at);
-            assert_eq!(observer.verdict(), Verdict::Diverging, "{seconds} s");
+            assert_eq!(observer.verdict(), RunVerdict::Diverging, "{seconds} s");
             assert_eq!(observer.diverged().map(|diverged| diverged.cause), Some(Divergence::Growth));
         }
     }
@@ -248,19 +229,19 @@ mod tests {
     #[test]
     fn slow_growth_shakes_in_the_end_and_decay_does_not() {
         let growing = |rate: f64| move |t: f64| 0.01 * (rate * t).exp() * sine(20.0, t);
-        assert_eq!(force(30.0, growing(0.15)).verdict(), Verdict::Shaking);
-        assert_eq!(force(30.0, growing(-0.15)).verdict(), Verdict::Quiet);
+        assert_eq!(force(30.0, growing(0.15)).verdict(), RunVerdict::Shaking);
+        assert_eq!(force(30.0, growing(-0.15)).verdict(), RunVerdict::Quiet);
     }
 
     #[test]
     fn limits_that_act_for_over_20_ms_on_end_diverge() {
-        for (ticks, expected) in [(20, Verdict::Quiet), (21, Verdict::Diverging)] {
+        for (ticks, expected) in [(20, RunVerdict::Quiet), (21, RunVerdict::Diverging)] {
             let limited = |t: f64| (1.0..1.0 + f64::from(ticks) / HZ).contains(&t);
             let at = |t: f64| (1.0, if limited(t) { Acted::FORCE_LIMIT } else { Acted::empty() });
             assert_eq!(run(30.0, at).verdict(), expected, "{ticks} ticks");
             let fading =
                 |t: f64| (1.0, if limited(t) { Acted::FORCE_LIMIT | Acted::RELEASE } else { Acted::empty() });
-            assert_eq!(run(30.0, fading).verdict(), Verdict::Quiet, "{ticks} ticks of a release");
+            assert_eq!(run(30.0, fading).verdict(), RunVerdict::Quiet, "{ticks} ticks of a release");
         }
     }
 
@@ -274,8 +255,8 @@ mod tests {
                 )
             }
         };
-        assert_eq!(run(4.0, start(0.0, 2.0)).verdict(), Verdict::Quiet);
-        assert_eq!(run(4.0, start(1.0, 2.0)).verdict(), Verdict::Shaking);
+        assert_eq!(run(4.0, start(0.0, 2.0)).verdict(), RunVerdict::Quiet);
+        assert_eq!(run(4.0, start(1.0, 2.0)).verdict(), RunVerdict::Shaking);
     }
 
     #[test]
@@ -288,10 +269,11 @@ mod tests {
 
     #[test]
     fn the_worst_host_counts_and_one_that_is_young_leaves_it_open() {
-        let now = |verdict| Now { verdict, fast_force_n: 0.0 };
-        let of =
-            |verdicts: &[Option<Verdict>]| together(verdicts.iter().map(|&verdict| now(verdict))).verdict;
-        use Verdict::{Diverging, Quiet, Shaking};
+        let now = |verdict| LiveVerdict { verdict, fast_force_n: 0.0 };
+        let of = |verdicts: &[Option<RunVerdict>]| {
+            LiveVerdict::combine(verdicts.iter().map(|&verdict| now(verdict))).verdict
+        };
+        use RunVerdict::{Diverging, Quiet, Shaking};
         assert_eq!(of(&[Some(Quiet), Some(Shaking), Some(Quiet)]), Some(Shaking));
         assert_eq!(of(&[None, Some(Diverging)]), Some(Diverging));
         assert_eq!(of(&[Some(Quiet), None]), None);

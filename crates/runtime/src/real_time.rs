@@ -20,7 +20,7 @@ use crate::device_choice::open_device;
 use crate::exchange::RecordSink;
 use crate::haptic_host::HapticHost;
 use crate::haptic_loop;
-use crate::joining;
+use crate::joining::{fetch_scene, full_session_endpoint, joining_endpoint, serving_endpoint};
 use crate::mailbox;
 use crate::network_threads::{HapticPort, NetworkThreads};
 use crate::options::RealTimeOptions;
@@ -28,8 +28,8 @@ use crate::pointer::GuidedHand;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
 use crate::session_handle::{Local, SessionHandle};
-use crate::slow;
-use crate::slow_thread;
+use crate::slow::{is_simulated_at, slow_simulation};
+use crate::slow_thread::start_slow_thread;
 use crate::snapshot::HostSnapshot;
 use crate::start_error::{JOIN_PATIENCE, StartError};
 use crate::station::Station;
@@ -108,13 +108,13 @@ pub fn run_local_with(
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
-    let simulation = slow::simulation_of(scene)?;
+    let simulation = slow_simulation(scene)?;
     let mut seats = Vec::new();
     let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
     let server = ends[0].route().map_err(StartError::Thread)?;
     for (host, end) in scene.hosts().zip(ends) {
-        let endpoint = joining::endpoint(scene, host, server, clock::now());
+        let endpoint = full_session_endpoint(scene, host, server, clock::now());
         seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
         wait_to_be_taken_in(&seats[host.index()].0, server)?;
     }
@@ -130,10 +130,10 @@ pub fn serve(
     listen: impl Into<Route>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
-    let simulation = slow::simulation_of(scene)?;
+    let simulation = slow_simulation(scene)?;
     let end = transport::listen(listen.into())?;
     let server = end.route().map_err(StartError::Thread)?;
-    let endpoint = joining::serving_endpoint(scene, clock::now());
+    let endpoint = serving_endpoint(scene, clock::now());
     let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
     start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
 }
@@ -149,10 +149,10 @@ pub fn join(
 ) -> Result<(Scene, SessionHandle), StartError> {
     let server = server.into();
     let end = transport::connect(server)?;
-    let scene = joining::fetch_scene(&*end, server, JOIN_PATIENCE)?;
+    let scene = fetch_scene(&*end, server, JOIN_PATIENCE)?;
     // Made before the session hears of this host: it may take a while.
-    let simulation = slow::simulation_of(&scene)?;
-    let endpoint = joining::joining_endpoint(&scene, user, server, clock::now());
+    let simulation = slow_simulation(&scene)?;
+    let endpoint = joining_endpoint(&scene, user, server, clock::now());
     let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
     wait_to_be_taken_in(&network, server)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
@@ -220,8 +220,8 @@ fn start(
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
         let mut station = Station::new(scene, host, device, sink);
         let mut soft = None;
-        if let Some(simulation) = simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
-            let (port, thread) = slow_thread::start(scene, host, simulation).map_err(StartError::Thread)?;
+        if let Some(simulation) = simulation.clone().filter(|_| is_simulated_at(scene, host)) {
+            let (port, thread) = start_slow_thread(scene, host, simulation).map_err(StartError::Thread)?;
             (station, soft) = (station.with_soft(port), Some(thread));
         }
         haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });

@@ -21,7 +21,7 @@ use crate::messages::{self, DESCRIPTORS, SESSION_SCHEMA, SESSION_TOPIC, Stream, 
 use crate::record::{Note, RecordItem, RecordKind};
 
 /// Longest message in a recording, bytes.
-pub const LONGEST_MESSAGE: usize = 4 << 20;
+pub const MAX_MESSAGE_BYTES: usize = 4 << 20;
 
 /// The layout that this version writes and reads.
 pub(crate) const FORMAT: &str = "4";
@@ -83,7 +83,7 @@ pub enum RecordError {
         source: io::Error,
     },
     /// An item is longer than any may be.
-    #[error("an item at tick {tick} takes {bytes} bytes; at most {LONGEST_MESSAGE} are allowed")]
+    #[error("an item at tick {tick} takes {bytes} bytes; at most {MAX_MESSAGE_BYTES} are allowed")]
     TooLong {
         /// Its tick.
         tick: u64,
@@ -171,11 +171,11 @@ impl Recorder {
     /// Writes one item; flushes when half a second of the session lies in the chunk.
     ///
     /// # Errors
-    /// When the file cannot be written on, or the item is longer than [`LONGEST_MESSAGE`].
+    /// When the file cannot be written on, or the item is longer than [`MAX_MESSAGE_BYTES`].
     pub fn write(&mut self, item: &RecordItem) -> Result<(), RecordError> {
         self.message.clear();
         let stream = messages::encode(item, &mut self.message);
-        if self.message.len() > LONGEST_MESSAGE {
+        if self.message.len() > MAX_MESSAGE_BYTES {
             return Err(RecordError::TooLong { tick: item.tick, bytes: self.message.len() });
         }
         let instant_ns = self.control_hz.instant(item.tick).0;

@@ -19,7 +19,8 @@ use mcap::records::op;
 use crate::messages::{self, Stream};
 use crate::record::RecordItem;
 use crate::recorder::{
-    ENCODING, FACT, FORMAT, HEADER_RECORD, LONGEST_MESSAGE, RecordingHeader, RecordingSummary, SUMMARY_RECORD,
+    ENCODING, FACT, FORMAT, HEADER_RECORD, MAX_MESSAGE_BYTES, RecordingHeader, RecordingSummary,
+    SUMMARY_RECORD,
 };
 pub use error::RecordingError;
 use fields::{Channel, Message, Metadata, Schema};
@@ -283,9 +284,9 @@ fn read_item(
         let found = format!("item {sequence}");
         return Err(RecordingError::malformed(record.at, found, format!("item {}", number as u32)));
     }
-    if data.len() > LONGEST_MESSAGE {
+    if data.len() > MAX_MESSAGE_BYTES {
         let found = format!("a message of {} bytes", data.len());
-        return Err(RecordingError::malformed(record.at, found, format!("at most {LONGEST_MESSAGE}")));
+        return Err(RecordingError::malformed(record.at, found, format!("at most {MAX_MESSAGE_BYTES}")));
     }
     let expected = format!("item {number}, a message on {}", messages::topic(host, stream));
     let malformed = |error| RecordingError::malformed(record.at, error, expected);

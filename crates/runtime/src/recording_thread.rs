@@ -11,7 +11,7 @@ use cotouch_scene::scene::Scene;
 use cotouch_scene::to_toml;
 
 use crate::clock;
-use crate::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordProducer, record_ring};
+use crate::exchange::{RECORD_RING_BYTES, RecordConsumer, RecordProducer, record_ring};
 use crate::priority::HELPER_STACK_BYTES;
 use crate::recorder::{RecordError, Recorder, RecordingHeader};
 use crate::summary::Summary;
@@ -34,7 +34,7 @@ impl RecordingThread {
     ) -> Result<(Option<Self>, Vec<RecordProducer>), RecordError> {
         let Some(path) = path else { return Ok((None, Vec::new())) };
         let recorder = Recorder::create(path, &header(scene, clock::unix_now_ns()))?;
-        let (producers, consumers) = hosts.iter().map(|&host| record_ring(host, DEFAULT_CAPACITY)).unzip();
+        let (producers, consumers) = hosts.iter().map(|&host| record_ring(host, RECORD_RING_BYTES)).unzip();
         let thread = thread::Builder::new()
             .name("recorder".to_owned())
             .stack_size(HELPER_STACK_BYTES)

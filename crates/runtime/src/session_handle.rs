@@ -9,7 +9,7 @@ use cotouch_net::{LinkStatistics, Presence, Route};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Link, Scene};
 
-use crate::change::{self, HostChange};
+use crate::change::HostChange;
 use crate::clock;
 use crate::control::Control;
 use crate::haptic_host::HapticHost;
@@ -115,14 +115,15 @@ impl SessionHandle {
         self.changing.lock().unwrap_or_else(PoisonError::into_inner).scene.clone()
     }
 
-    /// Runs `scene` from the next tick on, if all hosts are in this process and [`change::is_possible`]; whether so.
+    /// Runs `scene` from the next tick on, if all hosts are in this process and [`HostChange::is_possible`]; whether so.
     /// Its impairment holds for every way from now on, and the verdict on the run begins anew. Blocks until the change is
     /// made, a few ticks as a rule; before the first tick, it is made with that.
     #[must_use]
     pub fn change(&self, scene: &Scene) -> bool {
         let mut changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
         let hosts = self.hosts();
-        if hosts.len() != usize::from(scene.session.users) || !change::is_possible(&changing.scene, scene) {
+        if hosts.len() != usize::from(scene.session.users) || !HostChange::is_possible(&changing.scene, scene)
+        {
             return false;
         }
         let changes = hosts.iter().map(|&host| HostChange::new(scene, host)).collect();

@@ -70,13 +70,13 @@ impl SlowCounts {
 ///
 /// # Errors
 /// When the technique cannot work with mesh or material.
-pub fn simulation_of(scene: &Scene) -> Result<Option<SlowLoop>, SoftError> {
+pub fn slow_simulation(scene: &Scene) -> Result<Option<SlowLoop>, SoftError> {
     scene.soft.exists().then(|| SlowLoop::new(scene)).transpose()
 }
 
 /// Whether `host` simulates the soft object of `scene`.
 #[must_use]
-pub fn is_simulated_at(scene: &Scene, host: HostIndex) -> bool {
+pub(crate) fn is_simulated_at(scene: &Scene, host: HostIndex) -> bool {
     let has_world = scene.session.architecture == Architecture::Distributed || host == HostIndex::FIRST;
     scene.soft.exists() && has_world
 }

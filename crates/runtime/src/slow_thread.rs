@@ -24,7 +24,11 @@ const RESULTS: usize = 16;
 ///
 /// # Errors
 /// When no thread can be had.
-pub fn start(scene: &Scene, host: HostIndex, simulation: SlowLoop) -> io::Result<(SlowPort, JoinHandle<()>)> {
+pub fn start_slow_thread(
+    scene: &Scene,
+    host: HostIndex,
+    simulation: SlowLoop,
+) -> io::Result<(SlowPort, JoinHandle<()>)> {
     // One period waits while another is simulated: more would only make results older.
     let (ask, asked) = rtrb::RingBuffer::new(1);
     let (answer, answers) = rtrb::RingBuffer::new(RESULTS);

@@ -15,7 +15,7 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::faults::FaultText;
-use crate::observer::{Now, Verdict};
+use crate::observer::{LiveVerdict, RunVerdict};
 
 /// A session right now.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
@@ -23,9 +23,9 @@ pub struct Snapshot {
     /// Session time of the newest tick, s.
     pub time_s: f64,
     /// What the run has been so far; `None` while it is too early to say.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<RunVerdict>,
     /// What goes on now.
-    pub now: Now,
+    pub now: LiveVerdict,
     /// Whether the session is over; the numbers are the last ones.
     pub ended: bool,
     /// Every host that this process knows of.

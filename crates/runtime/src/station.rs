@@ -33,7 +33,7 @@ const STATE_BYTES: usize = 4 << 10;
 /// A host that renders at a device.
 ///
 /// It belongs to one thread and shares nothing with any other: there is no lock in it, and whoever records or transmits
-/// does so behind queues that never wait ([`crate::exchange`], [`crate::network_threads::HapticPort`]). After the first
+/// does so behind queues that never wait ([`crate::record_ring`], [`crate::HapticPort`]). After the first
 /// instants it allocates nothing.
 pub struct Station<D> {
     /// What does not change about the host.

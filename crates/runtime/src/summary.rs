@@ -7,7 +7,7 @@ use cotouch_scene::scene::{Architecture, Scene};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
-use crate::observer::{Divergence, Verdict};
+use crate::observer::{Divergence, RunVerdict};
 
 /// What happened in a session, or in one host's part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -21,7 +21,7 @@ pub struct Summary {
     /// How long the session ran, s of session time.
     pub duration_s: f64,
     /// What the run was, from the end of its soft start to the beginning of its release.
-    pub verdict: Verdict,
+    pub verdict: RunVerdict,
     /// Whether it was quiet.
     pub stable: bool,
     /// When and why it diverged first, if it did.
@@ -58,7 +58,7 @@ pub struct EarlierSession {
     /// How long it ran, s of session time.
     pub duration_s: f64,
     /// What it was.
-    pub verdict: Verdict,
+    pub verdict: RunVerdict,
     /// Whether it was quiet.
     pub stable: bool,
     /// The recording that was written.
@@ -85,7 +85,7 @@ impl Summary {
             architecture: scene.session.architecture,
             users: scene.session.users,
             duration_s: 0.0,
-            verdict: Verdict::Quiet,
+            verdict: RunVerdict::Quiet,
             stable: true,
             diverged: None,
             shaking: Vec::new(),

@@ -12,7 +12,7 @@ use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::faults::DeviceFaults;
-use crate::observer::{Diverged, Shaking, Verdict};
+use crate::observer::{Diverged, RunVerdict, Shaking};
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
@@ -26,7 +26,7 @@ use crate::timing::Timing;
 pub(crate) struct HostRun {
     host: HostIndex,
     bodies: Vec<BodyState>,
-    verdict: Verdict,
+    verdict: RunVerdict,
     diverged: Option<Diverged>,
     shaking: Vec<Shaking>,
     peak_force_n: f64,
@@ -93,7 +93,7 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     let mut summary = Summary::new(scene);
     summary.duration_s = duration_s;
     summary.verdict = runs.iter().map(|run| run.verdict).max().unwrap_or_default();
-    summary.stable = summary.verdict == Verdict::Quiet;
+    summary.stable = summary.verdict == RunVerdict::Quiet;
     summary.diverged = diverged(scene, runs);
     summary.shaking = shaking(scene, runs);
     summary.haptic = haptic(runs);

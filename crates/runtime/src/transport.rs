@@ -12,9 +12,9 @@
 //! | [`Impaired`] | over any other transport, with a simulated impairment on every way out | sessions in real time |
 //!
 //! Sessions in real time and in virtual time drive the same endpoint through this trait. In real time two threads a host do so
-//! ([`NetworkThreads`](crate::network_threads::NetworkThreads)): one waits in [`Transport::receive`], the other sends, and is
+//! ([`NetworkThreads`](crate::NetworkThreads)): one waits in [`Transport::receive`], the other sends, and is
 //! woken when there is something to send. In virtual time one loop does all of it for all hosts
-//! ([`VirtualSession`](crate::virtual_time::VirtualSession)).
+//! ([`VirtualSession`](crate::VirtualSession)).
 //!
 //! # How to write one
 //!

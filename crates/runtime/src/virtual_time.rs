@@ -14,9 +14,9 @@ use cotouch_scene::time::{LocalTime, Rate};
 use cotouch_soft::SoftError;
 
 use crate::exchange::RecordSink;
-use crate::joining;
+use crate::joining::full_session_endpoint;
 use crate::record::TickRecord;
-use crate::slow::{self, SlowPort};
+use crate::slow::{SlowPort, is_simulated_at, slow_simulation};
 use crate::station::{Punctuality, Station};
 use crate::transport::{Transport as _, VirtualNetwork};
 
@@ -49,7 +49,7 @@ impl<D: Device> VirtualSession<D> {
         let now = LocalTime(0);
         let hosts = scene.hosts().map(|host| VirtualHost {
             station: station(host),
-            endpoint: joining::endpoint(scene, host, VirtualNetwork::route(HostIndex::FIRST), now),
+            endpoint: full_session_endpoint(scene, host, VirtualNetwork::route(HostIndex::FIRST), now),
             next_tick: 0,
             next_due: NEVER,
         });
@@ -71,11 +71,11 @@ impl<D: Device> VirtualSession<D> {
         scene: &Scene,
         mut device: impl FnMut(HostIndex) -> (D, Option<Box<dyn RecordSink + Send>>),
     ) -> Result<Self, SoftError> {
-        let simulation = slow::simulation_of(scene)?;
+        let simulation = slow_simulation(scene)?;
         Ok(Self::new(scene, |host| {
             let (device, sink) = device(host);
             let station = Station::new(scene, host, device, sink);
-            match simulation.clone().filter(|_| slow::is_simulated_at(scene, host)) {
+            match simulation.clone().filter(|_| is_simulated_at(scene, host)) {
                 Some(simulation) => station.with_soft(SlowPort::inline(scene, simulation)),
                 None => station,
             }

@@ -118,15 +118,12 @@ impl Field for HostIndex {
     }
 }
 
-/// A field that is one of a few words, which [`choice!`] gives to an enum.
-pub(crate) trait Choice {
-    const WORDS: &'static [&'static str];
-}
-
+/// A field that is one of a few words: what a scene has for it, and what it is until its key is read.
 macro_rules! choice {
     ($kind:ident { $($word:literal => $variant:ident),+ }) => {
-        impl $crate::value::Choice for $kind {
-            const WORDS: &'static [&'static str] = &[$($word),+];
+        impl $kind {
+            /// The words that a scene can have for it.
+            pub const WORDS: &'static [&'static str] = &[$($word),+];
         }
         impl Default for $kind {
             /// The first: what the field holds until its key is read.

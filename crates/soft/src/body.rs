@@ -38,9 +38,6 @@ impl SoftEnergy {
 /// Why there is no answer about a soft body.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SoftError {
-    /// Something holds the body in no direction, or too little of it.
-    #[error("the body is not held: {0}")]
-    NotHeld(String),
     /// A static equilibrium that iteration does not find.
     #[error("no equilibrium was found: {0}")]
     NoEquilibrium(String),
@@ -78,7 +75,7 @@ pub trait SoftBody: Send + Sync {
     /// The static equilibrium under `forces` and gravity, from the present state.
     ///
     /// # Errors
-    /// When the body is not held, or iteration does not converge.
+    /// When iteration does not converge.
     fn settle(&mut self, forces: &[PointForce]) -> Result<(), SoftError>;
 
     /// The joint static compliance of `points` about rest, m/N, 3m × 3m: displacement of point i for a unit force at point j.

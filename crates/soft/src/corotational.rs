@@ -54,7 +54,7 @@ impl SoftBody for Corotational {
 
     fn compliance(&self, points: &[MaterialPoint]) -> Option<DMatrix<f64>> {
         let constants = &*self.constants;
-        let factor = constants.at_rest.as_ref().ok()?;
+        let factor = constants.at_rest.as_ref()?;
         let weights = unit_forces(&constants.symbolic, points);
         let mut moved = weights.clone();
         factor.solve_columns_in_place(&mut moved);

@@ -54,11 +54,8 @@ pub(crate) struct ImplicitBody<E> {
 
 impl<E: Elastic> ImplicitBody<E> {
     /// A body at rest where the parts say, with the scene's period, damping and gravity.
-    pub(crate) fn new(scene: &Scene, parts: Parts<E>) -> Result<Self, SoftError> {
+    pub(crate) fn new(scene: &Scene, parts: Parts<E>) -> Self {
         let soft = &scene.soft;
-        if let (true, Some(why)) = (soft.quasi_static, &parts.not_held) {
-            return Err(SoftError::NotHeld(format!("{why}; without inertia nothing else holds it")));
-        }
         let symbolic = Arc::new(Symbolic::new(&parts.rest_m, &parts.fixed, &parts.pairs));
         let matrix = BlockMatrix::new(symbolic.clone());
         let factor = Factor::new(symbolic.clone());
@@ -80,18 +77,15 @@ impl<E: Elastic> ImplicitBody<E> {
             parts,
         };
         constants.at_rest = constants.rest_compliance(factor.clone());
-        Ok(Self { constants: Arc::new(constants), state, matrix, factor })
+        Self { constants: Arc::new(constants), state, matrix, factor }
     }
 
     /// The same, at rest where its parts are in equilibrium without gravity.
     ///
     /// # Errors
-    /// As [`ImplicitBody::new`]; and when nothing holds it, or there is no equilibrium.
+    /// When there is no equilibrium.
     pub(crate) fn new_settled(scene: &Scene, mut parts: Parts<E>) -> Result<Self, SoftError> {
-        if let Some(why) = &parts.not_held {
-            return Err(SoftError::NotHeld(why.clone()));
-        }
-        let mut body = Self::new(scene, parts.clone())?;
+        let mut body = Self::new(scene, parts.clone());
         let start = body.state.clone();
         let potential = Potential::equilibrium(&start, vec![DVec3::ZERO; start.positions_m.len()]);
         body.factorise(&potential);
@@ -99,7 +93,7 @@ impl<E: Elastic> ImplicitBody<E> {
             return Err(SoftError::NoEquilibrium("the mesh at rest does not come to rest".into()));
         }
         parts.rest_m = body.state.positions_m;
-        Self::new(scene, parts)
+        Ok(Self::new(scene, parts))
     }
 
     /// The period of a body without inertia.
@@ -280,9 +274,6 @@ impl<E: Elastic> SoftBody for ImplicitBody<E> {
     }
 
     fn settle(&mut self, forces: &[PointForce]) -> Result<(), SoftError> {
-        if let Some(why) = &self.constants.parts.not_held {
-            return Err(SoftError::NotHeld(why.clone()));
-        }
         let start = self.state.clone();
         self.recover_volume();
         let begin = self.state.clone();

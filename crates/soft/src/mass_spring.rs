@@ -14,7 +14,6 @@ use cotouch_scene::scene::Scene;
 use cotouch_scene::soft_mesh::SoftMesh;
 use glam::{DMat3, DVec3};
 
-use crate::body::SoftError;
 use crate::elastic::Elastic;
 use crate::factor::BlockMatrix;
 use crate::implicit::{ImplicitBody, Parts};
@@ -23,9 +22,6 @@ use crate::mesh;
 
 /// The ratio k·l²/(E·V) of every spring.
 const STIFFNESS: f64 = 24.0 / 25.0;
-
-/// Poisson's ratios that a network of springs is taken for, though it always has 1/4.
-const POISSON_RATIOS: std::ops::RangeInclusive<f64> = 0.2..=0.3;
 
 /// A spring between two nodes.
 #[derive(Clone, Debug)]
@@ -48,36 +44,17 @@ pub(crate) struct Springs {
 }
 
 /// The body of a scene whose `soft.model` is `mass-spring`.
-///
-/// # Errors
-/// When Poisson's ratio is not about 1/4, or nothing joins the nodes.
-pub(crate) fn mass_spring(scene: &Scene) -> Result<ImplicitBody<Springs>, SoftError> {
+pub(crate) fn mass_spring(scene: &Scene) -> ImplicitBody<Springs> {
     let (soft, mesh) = (&scene.soft, scene.soft.mesh());
-    let tied = mesh.tied_n_per_m > 0.0;
-    if mesh.tetrahedra.is_empty() && !tied {
-        let needs = "soft.model \"mass-spring\" needs a mesh of tetrahedra or the generator \"spring\"; found a surface only";
-        return Err(SoftError::Unsuitable(needs.into()));
-    }
-    if !mesh.tetrahedra.is_empty() && !POISSON_RATIOS.contains(&soft.poisson_ratio) {
-        let (found, range) = (soft.poisson_ratio, POISSON_RATIOS);
-        return Err(SoftError::Unsuitable(format!(
-            "a network of springs has a Poisson's ratio of 1/4: soft.poisson_ratio must be {} to {} with soft.model \
-             \"mass-spring\"; found {found}",
-            range.start(),
-            range.end()
-        )));
-    }
-    let fixed = mesh::fixed_nodes(mesh, &soft.fixed);
     let springs = Springs::new(mesh, soft.young_pa, soft.skin_thickness_m);
     let density = soft.density_kg_per_m3;
     let parts = Parts {
         enclosed: None,
         mass_kg: springs.volume_m3.iter().map(|volume| density * volume).collect(),
         pairs: springs.springs.iter().map(|spring| spring.nodes).collect(),
-        not_held: if tied { None } else { mesh::not_held(&mesh.nodes_m, &fixed) },
         rest_m: mesh.nodes_m.clone(),
         triangles: mesh.triangles.clone(),
-        fixed,
+        fixed: mesh.fixed_nodes(&soft.fixed),
         elastic: springs,
     };
     ImplicitBody::new(scene, parts)

@@ -14,7 +14,7 @@ use crate::mass_spring::mass_spring;
 pub fn soft_body(scene: &Scene) -> Result<Box<dyn SoftBody>, SoftError> {
     match scene.soft.model {
         SoftModel::None => Err(SoftError::Unsuitable("the scene has no soft object".into())),
-        SoftModel::MassSpring => Ok(Box::new(mass_spring(scene)?)),
+        SoftModel::MassSpring => Ok(Box::new(mass_spring(scene))),
         SoftModel::Balloon => Ok(Box::new(balloon(scene)?)),
         SoftModel::Corotational => Ok(Box::new(Corotational::from_scene(scene)?)),
     }

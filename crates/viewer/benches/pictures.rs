@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_runtime::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_viewer::encode_picture;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::LiveSession;
 use tokio::sync::mpsc;
 
 use crate::hub::{Hub, Subject};

@@ -1,7 +1,9 @@
 //! The lesson's controls: which settings of a scene can be moved, how far, and what they are in plain words.
 
 use cotouch_scene::builtin;
-use cotouch_scene::scene::{Architecture, ShapeKind, SoftMeshKind};
+use cotouch_scene::scene::{
+    Architecture, LocalModelKind, ReturnedForce, ShapeKind, SoftMeshKind, SurfaceHold,
+};
 use cotouch_scene::{Scene, Value};
 
 use crate::control::Control;
@@ -130,11 +132,11 @@ fn soft_controls(own: &Scene, scene: &Scene) -> Vec<Control> {
     };
     let firmness = if own.soft.mesh.generator == SoftMeshKind::Spring { words::SPRING } else { words::YOUNG };
     vec![
-        Control { restarts: false, ..words_of(words::MODEL, &["hold", "p", "pi", "compliance"]) },
+        Control { restarts: false, ..words_of(words::MODEL, LocalModelKind::WORDS) },
         gain(words::STIFFNESS),
         gain(words::INTEGRAL),
-        words_of(words::RETURNED, &["first", "mean", "last"]),
-        words_of(words::HOLD, &["zero", "first"]),
+        words_of(words::RETURNED, ReturnedForce::WORDS),
+        words_of(words::HOLD, SurfaceHold::WORDS),
         choice(words::SIMULATION, rates(scene, &SLOW_DIVISORS)),
         Control { restarts: true, ..about(firmness, own) },
     ]

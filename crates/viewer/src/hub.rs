@@ -4,9 +4,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use axum::body::Bytes;
-use cotouch_runtime::Seat;
-use cotouch_runtime::clock;
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::{LiveSession, Seat, clock};
 use cotouch_scene::time::LocalTime;
 use serde_json::Value;
 use tokio::sync::{broadcast, watch};

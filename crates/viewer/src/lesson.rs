@@ -2,7 +2,7 @@
 
 use std::sync::Mutex;
 
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::LiveSession;
 use cotouch_scene::builtin;
 use cotouch_scene::scene::Scene;
 

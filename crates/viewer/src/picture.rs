@@ -19,8 +19,7 @@
 //!
 //! The page's side is `page/src/picture.ts`.
 
-use cotouch_runtime::observer::Verdict;
-use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_runtime::{FingerSnapshot, HostSnapshot, LinkSnapshot, RunVerdict, Snapshot};
 use cotouch_scene::geometry::Pose;
 use glam::DVec3;
 
@@ -61,12 +60,12 @@ fn put_header(out: &mut Vec<u8>, snapshot: &Snapshot, generation: u32, hosts: us
     put(out, snapshot.now.fast_force_n);
 }
 
-fn verdict(verdict: Option<Verdict>) -> u8 {
+fn verdict(verdict: Option<RunVerdict>) -> u8 {
     match verdict {
         None => 0,
-        Some(Verdict::Quiet) => 1,
-        Some(Verdict::Shaking) => 2,
-        Some(Verdict::Diverging) => 3,
+        Some(RunVerdict::Quiet) => 1,
+        Some(RunVerdict::Shaking) => 2,
+        Some(RunVerdict::Diverging) => 3,
     }
 }
 

@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use cotouch_host::ContactRecord;
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
-use cotouch_runtime::recording::{RecordingError, RecordingReader};
-use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_runtime::{
+    FingerSnapshot, HostSnapshot, LinkSnapshot, Note, RecordItem, RecordKind, RecordingError,
+    RecordingReader, Snapshot, SurfaceRecord, TickRecord,
+};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;

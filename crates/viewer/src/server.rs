@@ -14,7 +14,7 @@ use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::LiveSession;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 
 use crate::browser::{self, Connection, LARGEST_MESSAGE_BYTES};

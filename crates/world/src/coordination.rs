@@ -12,10 +12,10 @@
 //! # Adding a scheme
 //! 1. A file beside `pairwise.rs` with a type that implements [`Scheme`].
 //! 2. Its line in [`scheme`], below, and its module.
-//! 3. Its name in [`Coordination`]; its parameters, if it has some, as keys of the scene.
+//! 3. Its name in [`Coordination`], and whether it sends; its parameters, if it has some, as keys of the scene.
 //!
-//! `tests/coordination.rs` holds the step functions of every scheme to its blocks; a case in
-//! `crates/cotouch/tests/agreement.rs` holds the running session to the whole loop.
+//! `tests/it/coordination.rs` holds the step functions of every scheme to its blocks; a case in
+//! `crates/cotouch/tests/it/agreement.rs` holds the running session to the whole loop.
 
 mod average;
 mod pairwise;

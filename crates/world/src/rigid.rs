@@ -37,12 +37,6 @@ impl BodyState {
         Self { pose: Pose { position: body.position_m, orientation }, twist: Twist::default() }
     }
 
-    /// Velocity (m/s) of the body's point that is at the world's `point` (m).
-    #[must_use]
-    pub fn velocity_at(&self, point: DVec3) -> DVec3 {
-        self.twist.linear + self.twist.angular.cross(point - self.pose.position)
-    }
-
     /// Position (m) and velocity (m/s) of the centre of mass.
     #[must_use]
     pub fn point(&self) -> (DVec3, DVec3) {

@@ -36,7 +36,7 @@ const INSTANT_RESOLUTION_S: f64 = 1e-9;
 /// When the operating point names hosts, bodies, fingers or walls that the scene does not have.
 #[must_use]
 pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
-    Session::new(scene, point).spec
+    SessionLoop::new(scene, point).spec
 }
 
 /// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
@@ -46,7 +46,7 @@ fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVe
 }
 
 /// A session that is being written down.
-struct Session<'a> {
+struct SessionLoop<'a> {
     scene: &'a SceneValues,
     point: &'a OperatingPoint,
     bodies: Vec<cotouch_scene::scene::Body>,
@@ -66,7 +66,7 @@ struct Touch {
     law: LinearForce,
 }
 
-impl<'a> Session<'a> {
+impl<'a> SessionLoop<'a> {
     fn new(scene: &'a SceneValues, point: &'a OperatingPoint) -> Self {
         let mut session = Self {
             scene,

@@ -23,8 +23,7 @@ impl Clock {
     }
 
     /// `rate` instants a second, evenly spaced, the first at time 0.
-    #[must_use]
-    pub fn at_rate(rate: Rate) -> Self {
+    pub(crate) fn at_rate(rate: Rate) -> Self {
         Self::every(Time::period(rate))
     }
 

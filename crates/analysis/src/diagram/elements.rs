@@ -114,18 +114,4 @@ impl Sampled {
     pub fn mean(clock: Clock, channels: usize, samples: u32) -> Self {
         Self::average(clock, channels, vec![f64::from(samples).recip(); samples as usize])
     }
-
-    /// The first of `samples` evenly spaced samples of each period of `clock`, put out at its end.
-    #[must_use]
-    pub fn first(clock: Clock, channels: usize, samples: u32) -> Self {
-        let weight = |i| if i == 0 { 1.0 } else { 0.0 };
-        Self::average(clock, channels, (0..samples).map(weight).collect())
-    }
-
-    /// The last of `samples` evenly spaced samples of each period of `clock`, put out at its end.
-    #[must_use]
-    pub fn last(clock: Clock, channels: usize, samples: u32) -> Self {
-        let weight = |i| if i + 1 == samples { 1.0 } else { 0.0 };
-        Self::average(clock, channels, (0..samples).map(weight).collect())
-    }
 }

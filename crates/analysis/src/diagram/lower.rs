@@ -8,7 +8,7 @@ use super::clock::Clock;
 use super::model::{Diagram, DiagramBlock, DiagramBlockId, Element, Sampled};
 use super::time::Time;
 use crate::check::{SpecError, check};
-use crate::discretise::Step;
+use crate::discretise::BodyStep;
 use crate::loop_spec::{
     self, Body, Coupling, Delay, Dynamics, Force, Hold, Line, LoopSpec, Motion, Signal, tick_of_step,
 };
@@ -110,7 +110,7 @@ impl<'a> Lowering<'a> {
                 moved
             }
             Dynamics::Mass { .. } | Dynamics::Rigid { .. } => {
-                let Step { a, b, c } = Step::new(body, self.spec.schedule.control().period_s());
+                let BodyStep { a, b, c } = BodyStep::new(body, self.spec.schedule.control().period_s());
                 let d = DMatrix::zeros(c.nrows(), b.ncols());
                 let software = Sampled::linear(self.ticks.clone(), LinearBlock { a, b, c, d });
                 let block = self.diagram.push(named(Element::Sampled(software), &body.states));

@@ -26,7 +26,7 @@ use super::timetable::Instants;
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> Result<DMatrix<f64>, DiagramError> {
     let rates = nested_periods(checked)?;
-    let mut part = Part::new(checked);
+    let mut part = Resampled::new(checked);
     for (place, &period) in rates.iter().enumerate() {
         part.join(period);
         part.close(period);
@@ -65,7 +65,7 @@ fn nested_periods(checked: &Checked<'_>) -> Result<Vec<i64>, DiagramError> {
 ///
 /// Rows are over the columns [x | v | s]: all states, then the values at the start of the period and the slopes of all
 /// signals.
-struct Part<'a> {
+struct Resampled<'a> {
     checked: &'a Checked<'a>,
     /// States in z.
     states: usize,
@@ -84,7 +84,7 @@ struct Part<'a> {
     sums: Vec<Vec<DMatrix<f64>>>,
 }
 
-impl<'a> Part<'a> {
+impl<'a> Resampled<'a> {
     fn new(checked: &'a Checked<'a>) -> Self {
         let states = checked.layout.names.len();
         let mut signals = 0;

@@ -10,7 +10,7 @@ use super::model::{Element, Law};
 
 /// The map over one pattern.
 pub(crate) fn lift(checked: &Checked<'_>) -> DMatrix<f64> {
-    let mut run = Run::new(checked);
+    let mut run = DiagramRun::new(checked);
     for (tick, acting) in agenda(checked) {
         run.advance_to(tick);
         run.act(&acting);
@@ -61,7 +61,7 @@ struct Output {
 }
 
 /// Every number as a row: its dependence on the state at the start of the pattern.
-struct Run<'a> {
+struct DiagramRun<'a> {
     checked: &'a Checked<'a>,
     now: i64,
     /// The states of each block.
@@ -72,7 +72,7 @@ struct Run<'a> {
     steps: HashMap<(usize, i64), HeldPlant>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> DiagramRun<'a> {
     fn new(checked: &'a Checked<'a>) -> Self {
         let columns = checked.layout.names.len();
         let unit = |first: usize, rows: usize| {

@@ -306,6 +306,7 @@ fn pair(x: f64, y: f64, w: f64) -> [Complex<f64>; 2] {
 mod tests {
     use super::*;
     use crate::eigenvalues::{balance, of_balanced_by_library};
+    use cotouch_testkit::Random;
 
     /// Eigenvalues of larger absolute value than `above`, in an order.
     fn sorted(mut values: Vec<Complex<f64>>) -> Vec<Complex<f64>> {
@@ -313,13 +314,10 @@ mod tests {
         values
     }
 
-    /// Numbers in −1 to 1 from a multiplicative congruential generator.
+    /// Numbers in −1 to 1, uniformly.
     fn numbers(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed.wrapping_mul(2) | 1;
-        move || {
-            state = state.wrapping_mul(0x5851_f42d_4c95_7f2d).wrapping_add(0x1405_7b7e_f767_814f);
-            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-        }
+        let mut random = Random::new(seed);
+        move || 2.0 * random.unit() - 1.0
     }
 
     /// Every value has a partner among the others, no partner twice.

@@ -8,7 +8,7 @@ use nalgebra::DMatrix;
 
 use super::forms::{Form, fit_points};
 use crate::compile::compile;
-use crate::discretise::Step;
+use crate::discretise::BodyStep;
 use crate::eigenvalues::spectral_radius;
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::program::Program;
@@ -27,14 +27,14 @@ pub(super) struct Template {
     allowed: Vec<RangeInclusive<f64>>,
     /// Every function of the keys that there is, once.
     forms: Vec<Form>,
-    parts: Vec<Part>,
+    parts: Vec<TemplatePart>,
     /// What a thread works on; there are as many as threads once worked at a time.
-    spare: Mutex<Vec<Workspace>>,
+    spare: Mutex<Vec<Scratch>>,
 }
 
 /// One share of one contact mode.
 #[derive(Debug)]
-struct Part {
+struct TemplatePart {
     share: Share,
     layout: Layout,
     program: Program,
@@ -49,14 +49,14 @@ struct Part {
 }
 
 #[derive(Debug, Default)]
-struct Workspace {
+struct Scratch {
     values: Vec<f64>,
     run: Run,
     parts: Vec<(LoopSpec, Program)>,
 }
 
 /// The loops at one point.
-struct Sample {
+struct PointLoops {
     shares: Vec<Share>,
     programs: Vec<Program>,
     /// For each share.
@@ -77,7 +77,7 @@ impl Template {
             return None;
         }
         let allowed: Vec<_> = keys.iter().map(|key| allowed(scene, key)).collect::<Option<_>>()?;
-        let sample = |point: &Vec<f64>| Sample::new(scene, keys, point);
+        let sample = |point: &Vec<f64>| PointLoops::new(scene, keys, point);
         let fit: Vec<_> = fit_points(keys.len()).iter().map(sample).collect::<Option<_>>()?;
         let at = check_points(&allowed);
         let checks: Vec<_> = at.iter().map(sample).collect::<Option<_>>()?;
@@ -101,13 +101,13 @@ impl Template {
         verdict
     }
 
-    fn workspace(&self) -> Workspace {
+    fn workspace(&self) -> Scratch {
         let parts = self.parts.iter().map(|part| (part.share.spec.clone(), part.program.clone())).collect();
-        Workspace { parts, ..Workspace::default() }
+        Scratch { parts, ..Scratch::default() }
     }
 
-    fn judge(&self, workspace: &mut Workspace, keys: &[f64]) -> Option<PointVerdict> {
-        let Workspace { values, run, parts } = workspace;
+    fn judge(&self, workspace: &mut Scratch, keys: &[f64]) -> Option<PointVerdict> {
+        let Scratch { values, run, parts } = workspace;
         values.clear();
         values.extend(self.forms.iter().map(|form| form.value(keys)));
         if !values.iter().all(|value| value.is_normal()) {
@@ -121,7 +121,7 @@ impl Template {
     }
 }
 
-impl Part {
+impl TemplatePart {
     /// Nothing where the eigenvalues were not found.
     fn judge(
         &self,
@@ -138,7 +138,7 @@ impl Part {
         if !self.bodies.is_empty() {
             let period_s = spec.schedule.control().period_s();
             for (body, step) in program.steps().filter(|(body, _)| self.bodies.contains(body)) {
-                *step = Step::new(&spec.bodies[body], period_s);
+                *step = BodyStep::new(&spec.bodies[body], period_s);
             }
         }
         let map = run.pattern(program);
@@ -191,7 +191,7 @@ fn check_points(allowed: &[RangeInclusive<f64>]) -> Vec<Vec<f64>> {
     points
 }
 
-impl Sample {
+impl PointLoops {
     fn new(scene: &Scene, keys: &[&str], point: &[f64]) -> Option<Self> {
         let mut scene = scene.clone();
         for (key, &value) in keys.iter().zip(point) {
@@ -231,41 +231,41 @@ impl Sample {
 
 /// Forms that are being collected.
 struct Forms<'a> {
-    fit: &'a [Sample],
+    fit: &'a [PointLoops],
     at: &'a [Vec<f64>],
-    checks: &'a [Sample],
+    checks: &'a [PointLoops],
     forms: Vec<Form>,
 }
 
 impl Forms<'_> {
-    fn part(&mut self, index: usize) -> Option<Part> {
+    fn part(&mut self, index: usize) -> Option<TemplatePart> {
         let first = &self.fit[0];
         let numbers = self.places(|sample| &sample.numbers[index])?;
         let factors = self.places(|sample| &sample.factors[index])?;
         let share = first.shares[index].clone();
         let layout = Layout::new(&share.spec, Registers::Shared);
         let bodies = share.spec.bodies.iter().enumerate().filter(|(body, known)| {
-            let dynamics = |sample: &Sample| sample.shares[index].spec.bodies[*body].dynamics.clone();
+            let dynamics = |sample: &PointLoops| sample.shares[index].spec.bodies[*body].dynamics.clone();
             self.fit.iter().any(|sample| dynamics(sample) != known.dynamics)
         });
         let bodies = bodies.map(|(body, _)| body).collect();
         let structure = self.structure(index, &layout);
         let program = first.programs[index].clone();
-        Some(Part { share, layout, program, numbers, factors, bodies, structure })
+        Some(TemplatePart { share, layout, program, numbers, factors, bodies, structure })
     }
 
     /// The one that all samples have.
     fn structure(&self, index: usize, layout: &Layout) -> Option<Structure> {
-        let of = |sample: &Sample| structure(&sample.shares[index], layout, &sample.maps[index]);
+        let of = |sample: &PointLoops| structure(&sample.shares[index], layout, &sample.maps[index]);
         let known = of(&self.fit[0]);
         self.fit.iter().chain(self.checks).all(|sample| of(sample) == known).then_some(known)
     }
 
     /// Where the keys have an effect, and the forms of that.
-    fn places(&mut self, of: impl Fn(&Sample) -> &[f64]) -> Option<Vec<(usize, usize)>> {
+    fn places(&mut self, of: impl Fn(&PointLoops) -> &[f64]) -> Option<Vec<(usize, usize)>> {
         let mut places = Vec::new();
         for place in 0..of(&self.fit[0]).len() {
-            let value = |sample: &Sample| of(sample)[place];
+            let value = |sample: &PointLoops| of(sample)[place];
             let fit: Vec<f64> = self.fit.iter().map(value).collect();
             let checks: Vec<f64> = self.checks.iter().map(value).collect();
             if fit.iter().chain(&checks).any(|&other| other != fit[0]) {

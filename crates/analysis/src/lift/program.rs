@@ -2,7 +2,7 @@
 
 use cotouch_world::LinearBlock;
 
-use crate::discretise::Step;
+use crate::discretise::BodyStep;
 use crate::loop_spec::{Body, Coupling, Force, Hold, LoopSpec, Motion, Signal};
 
 use super::layout::Layout;
@@ -37,13 +37,13 @@ pub(super) struct Sum {
 pub(crate) struct Program {
     pub(super) timetable: Timetable,
     ways: Vec<Way>,
-    pub(super) bodies: Vec<Placed>,
-    pub(super) steps: Vec<Step>,
+    pub(super) bodies: Vec<BodyProgram>,
+    pub(super) steps: Vec<BodyStep>,
     /// Every component of the force on each body.
     pub(super) forces: Vec<Sum>,
     /// The numbers of each register's samples.
     pub(super) registers: Vec<Vec<Sum>>,
-    pub(super) blocks: Vec<PlacedBlock>,
+    pub(super) blocks: Vec<BlockProgram>,
     /// Of registers, then of blocks.
     pub(super) rings: Vec<Ring>,
     /// How many states the bodies have.
@@ -54,7 +54,7 @@ pub(crate) struct Program {
 
 /// Where a body's numbers lie.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Placed {
+pub(super) struct BodyProgram {
     /// Its first state.
     pub(super) state: usize,
     /// The first component of its force.
@@ -96,7 +96,7 @@ impl Ring {
 
 /// A block: what it gathers, how it steps, and where its numbers lie.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct PlacedBlock {
+pub(super) struct BlockProgram {
     pub(super) inputs: Vec<Sum>,
     pub(super) law: LinearBlock,
     /// Its first row among the rows of all blocks' states, and its first place in the state.
@@ -180,7 +180,7 @@ impl Program {
     }
 
     /// How each kind of body steps, for the first body of the kind.
-    pub(crate) fn steps(&mut self) -> impl Iterator<Item = (usize, &mut Step)> {
+    pub(crate) fn steps(&mut self) -> impl Iterator<Item = (usize, &mut BodyStep)> {
         let bodies = &self.bodies;
         self.steps.iter_mut().enumerate().filter_map(|(kind, step)| {
             bodies.iter().position(|body| body.step == kind).map(|body| (body, step))
@@ -196,12 +196,12 @@ impl Program {
             let known = spec.bodies[..index].iter().position(is_same);
             let step = known.map_or_else(
                 || {
-                    self.steps.push(Step::new(body, period_s));
+                    self.steps.push(BodyStep::new(body, period_s));
                     self.steps.len() - 1
                 },
                 |other| self.bodies[other].step,
             );
-            self.bodies.push(Placed { state: layout.bodies[index], force, step });
+            self.bodies.push(BodyProgram { state: layout.bodies[index], force, step });
             force += body.axes.len();
         }
     }
@@ -250,7 +250,7 @@ impl Program {
         for (block, placed) in spec.blocks.iter().zip(&layout.blocks) {
             let mut inputs = vec![Sum::default(); block.law.inputs()];
             self.add_coupling(&mut inputs, spec, layout, &block.input);
-            self.blocks.push(PlacedBlock {
+            self.blocks.push(BlockProgram {
                 inputs,
                 law: block.law.clone(),
                 state: self.block_states(),
@@ -292,7 +292,7 @@ impl Program {
 
     /// `factor` times one of a body's positions or velocities, in its states.
     fn add_output(&self, sum: &mut Vec<Weighted<usize>>, body: usize, output: usize, factor: f64) {
-        let Placed { state: first, step, .. } = self.bodies[body];
+        let BodyProgram { state: first, step, .. } = self.bodies[body];
         for (state, &element) in self.steps[step].c.row(output).iter().enumerate() {
             if element != 0.0 {
                 sum.push(Weighted { row: first + state, factor: factor * element });

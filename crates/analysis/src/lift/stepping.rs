@@ -6,7 +6,7 @@
 use nalgebra::DMatrix;
 
 use super::layout::Layout;
-use super::program::{Placed, Program, Sum, Weighted};
+use super::program::{BodyProgram, Program, Sum, Weighted};
 use super::timetable::{Event, Tick};
 use crate::loop_spec::{LineId, LoopSpec};
 
@@ -244,7 +244,7 @@ impl Run {
             add_moving(force, sum, program, &self.samples, &self.held, &self.shares);
         }
         self.next_states.data.fill(0.0);
-        for &Placed { state: first, force, step } in &program.bodies {
+        for &BodyProgram { state: first, force, step } in &program.bodies {
             let step = &program.steps[step];
             let (states, components) = step.b.shape();
             for state in 0..states {

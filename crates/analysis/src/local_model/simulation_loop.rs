@@ -1,7 +1,7 @@
 //! The loop of local model and simulation with the hand held still.
 
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
-use nalgebra::{DMatrix, DVector, RowDVector};
+use nalgebra::{DMatrix, RowDVector};
 
 use super::error::{LocalModelError, MAX_TICKS};
 use super::gains::PiLocalModel;
@@ -156,22 +156,6 @@ impl SimulationLoop {
             SurfaceHold::Zero => 1.0,
             SurfaceHold::First => tick as f64 / self.ratio() as f64,
         }
-    }
-
-    /// Coefficients of the characteristic polynomial of a lifted map, a_0 first: for comparisons that a nearly double
-    /// root does not blur. By Faddeev and LeVerrier.
-    #[must_use]
-    pub fn characteristic_of_map(map: &DMatrix<f64>) -> DVector<f64> {
-        let size = map.nrows();
-        let mut coefficients = DVector::zeros(size);
-        let mut power = DMatrix::zeros(size, size);
-        let mut leading = 1.0;
-        for step in 1..=size {
-            power = map * power + DMatrix::identity(size, size) * leading;
-            leading = -(map * &power).trace() / step as f64;
-            coefficients[size - step] = leading;
-        }
-        coefficients
     }
 }
 

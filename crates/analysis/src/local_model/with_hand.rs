@@ -22,7 +22,7 @@ use crate::plant::Plant;
 
 /// A hand with the device in it: `m·ẍ + b·ẋ + k·x = −F`, F held over each haptic tick.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hand {
+pub struct HandImpedance {
     /// kg, above 0.
     pub mass_kg: f64,
     /// N·s/m.
@@ -49,7 +49,7 @@ const INTEGRAL: BlockId = BlockId(1);
 /// # Errors
 /// When a number of the hand is not finite, its mass is not positive, or N periods of `fast` are no period of a rate.
 pub fn hand_on_local_model(
-    hand: Hand,
+    hand: HandImpedance,
     model: &PiLocalModel,
     simulation_loop: &SimulationLoop,
     fast: Rate,
@@ -95,7 +95,7 @@ pub fn hand_on_local_model(
 /// # Errors
 /// As there, and when the eigenvalues are not found.
 pub fn hand_spectral_radius(
-    hand: Hand,
+    hand: HandImpedance,
     model: &PiLocalModel,
     simulation_loop: &SimulationLoop,
     fast: Rate,
@@ -104,7 +104,7 @@ pub fn hand_spectral_radius(
     Ok(spectral_radius(&eigenvalues(&map.matrix)?))
 }
 
-impl Hand {
+impl HandImpedance {
     fn body(self) -> Result<Body, LocalModelError> {
         let Self { mass_kg, damping_n_s_per_m, stiffness_n_per_m } = self;
         for (what, allowed, found, is_allowed) in [

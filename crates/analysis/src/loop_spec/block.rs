@@ -23,6 +23,7 @@ pub struct Block {
     /// u: evaluated at the ticks at which it is gathered.
     pub input: Coupling,
     /// For step j, at `j mod` their number: w, one element a tick from the step's own on. None reaches the next step.
+    /// A phase is written as weights that begin with zeros.
     pub weights: Vec<Vec<f64>>,
     /// From input to output.
     pub law: LinearBlock,
@@ -50,14 +51,12 @@ impl Block {
     }
 
     /// The weights of a step's input.
-    #[must_use]
-    pub fn weights_of_step(&self, step: i64) -> &[f64] {
+    pub(crate) fn weights_of_step(&self, step: i64) -> &[f64] {
         &self.weights[step.rem_euclid(self.weights.len() as i64) as usize]
     }
 
     /// How many outputs are used, held or on their way just before time 0: those of ages 1 to this number.
-    #[must_use]
-    pub fn past_outputs(&self) -> u32 {
+    pub(crate) fn past_outputs(&self) -> u32 {
         self.delay.samples(&self.clock) + u32::from(self.hold == Hold::First)
     }
 

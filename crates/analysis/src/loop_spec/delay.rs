@@ -30,8 +30,7 @@ impl Delay {
     }
 
     /// The tick from which the sample of network step `step` is used. Both may be negative.
-    #[must_use]
-    pub fn tick_of_use(self, schedule: &Schedule, step: i64) -> i64 {
+    pub(crate) fn tick_of_use(self, schedule: &Schedule, step: i64) -> i64 {
         let sampled = tick_of_step(schedule, step);
         match self {
             Self::OnArrival { transit_ticks } => sampled + transit_ticks as i64,
@@ -44,8 +43,7 @@ impl Delay {
     }
 
     /// Whether a sample can be used at the very tick at which it is taken.
-    #[must_use]
-    pub const fn is_at_once(self) -> bool {
+    pub(crate) const fn is_at_once(self) -> bool {
         matches!(
             self,
             Self::OnArrival { transit_ticks: 0 } | Self::Scheduled { periods: 0, transit_ticks: 0 }
@@ -53,8 +51,7 @@ impl Delay {
     }
 
     /// The network step whose sample is held at `tick`, after play-out.
-    #[must_use]
-    pub fn step_held_at(self, schedule: &Schedule, tick: i64) -> i64 {
+    pub(crate) fn step_held_at(self, schedule: &Schedule, tick: i64) -> i64 {
         let mut step = last_step_at(schedule, tick);
         while self.tick_of_use(schedule, step) > tick {
             step -= 1;
@@ -63,8 +60,7 @@ impl Delay {
     }
 
     /// How many samples are held, queued or in flight just before a network step: those of ages 1 to this number.
-    #[must_use]
-    pub fn samples(self, schedule: &Schedule) -> u32 {
+    pub(crate) fn samples(self, schedule: &Schedule) -> u32 {
         u32::try_from(-self.step_held_at(schedule, 0)).unwrap_or(u32::MAX)
     }
 }

@@ -14,7 +14,7 @@ const SMOOTH: [&str; 5] =
 
 /// One direction of a map.
 #[derive(Clone, Debug)]
-pub(super) struct Axis {
+pub(super) struct SweptAxis {
     pub(super) values: Vec<f64>,
     logarithmic: bool,
     /// Whether values between two others are allowed; whole numbers and rates are not divided.
@@ -25,7 +25,7 @@ pub(super) struct Axis {
 /// Places of values, both ends included.
 pub(super) type Span = (usize, usize);
 
-impl Axis {
+impl SweptAxis {
     /// The direction of a sweep.
     pub(super) fn new(scene: &Scene, sweep: &Sweep) -> Self {
         let divisible = matches!(scene.get(&sweep.key), Some(Value::Number(_)));
@@ -100,10 +100,10 @@ pub(super) fn spans(run: &[usize]) -> Vec<Span> {
 mod tests {
     use super::*;
 
-    fn axis(from: f64, to: f64, count: usize) -> Axis {
+    fn axis(from: f64, to: f64, count: usize) -> SweptAxis {
         let scene = cotouch_scene::load("single-axis", &[]).unwrap();
         let values = crate::sweep::Grid::new(from, to, count, false).unwrap();
-        Axis::new(&scene, &Sweep { key: "object.damping_n_s_per_m".into(), values })
+        SweptAxis::new(&scene, &Sweep { key: "object.damping_n_s_per_m".into(), values })
     }
 
     #[test]

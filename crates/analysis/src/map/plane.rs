@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::axis::Axis;
+use super::axis::SweptAxis;
 use crate::evaluator::Evaluator;
 use crate::sweep::SweepError;
 use crate::verdict::PointVerdict;
@@ -19,8 +19,8 @@ pub(super) struct Point {
 
 /// All points.
 pub(super) struct Plane<'a> {
-    pub(super) x: Axis,
-    pub(super) y: Axis,
+    pub(super) x: SweptAxis,
+    pub(super) y: SweptAxis,
     evaluator: &'a Evaluator,
     /// Whether there is a second key.
     has_y: bool,
@@ -30,9 +30,9 @@ pub(super) struct Plane<'a> {
 
 impl<'a> Plane<'a> {
     /// Of which nothing is known.
-    pub(super) fn new(evaluator: &'a Evaluator, x: Axis, y: Option<Axis>) -> Self {
+    pub(super) fn new(evaluator: &'a Evaluator, x: SweptAxis, y: Option<SweptAxis>) -> Self {
         let has_y = y.is_some();
-        let y = y.unwrap_or_else(Axis::single);
+        let y = y.unwrap_or_else(SweptAxis::single);
         let known = vec![None; x.len() * y.len()];
         Self { x, y, evaluator, has_y, known, evaluated: 0 }
     }

@@ -11,7 +11,7 @@ use crate::sweep::SweepError;
 pub struct Margins {
     /// Of the scene as it is. Margins of an unstable scene are `None`, and its lists empty.
     pub stable: bool,
-    /// Of the scene as it is, as in [`Stability`](crate::stability::Stability).
+    /// Of the scene as it is, as in [`Stability`](crate::Stability).
     pub spectral_radius: f64,
     /// The largest delay up to which the scene stays stable from its present delay upwards, in network periods; as
     /// `link.delay_periods` it is the whole delay, not what may be added: its whole part is stable as that key's value,

@@ -332,7 +332,8 @@ fn without_common(mut maps: Vec<DMatrix<f64>>, candidates: Vec<DVector<f64>>) ->
 mod tests {
     use super::*;
     use crate::compile::compile;
-    use crate::stability::analyze_loop;
+    use crate::poles::analyze_loop;
+    use cotouch_testkit::Random;
 
     fn specs() -> Vec<LoopSpec> {
         let load = |name: &str, periods: f64| {
@@ -429,11 +430,7 @@ mod tests {
     /// Packets that a seeded generator loses, pattern after pattern: the mean of z·zᵀ is what the operator says.
     #[test]
     fn the_mean_square_is_that_of_simulated_losses() {
-        let mut seed = 12_345_u64;
-        let mut number = || {
-            seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (seed >> 11) as f64 / (1_u64 << 53) as f64
-        };
+        let mut random = Random::new(12_345);
         let spec = &specs()[4];
         let moments = moments(spec);
         let Maps::Each(maps, packets) = &moments.maps else { panic!("forces are sent") };
@@ -445,7 +442,8 @@ mod tests {
         for _ in 0..runs {
             let mut state = start.clone();
             for _ in 0..patterns {
-                let set = (0..*packets).fold(0, |set, packet| set | usize::from(number() < rate) << packet);
+                let set =
+                    (0..*packets).fold(0, |set, packet| set | usize::from(random.unit() < rate) << packet);
                 state = &maps[set].1 * state;
             }
             sum += state.norm_squared();

@@ -14,14 +14,14 @@ use crate::loop_spec::{LoopSpec, Signal, tick_of_step};
 const NEGLIGIBLE: f64 = 1e-10;
 
 /// A part of a loop in which something turns.
-pub(super) struct Part<'a> {
+pub(super) struct TurningPart<'a> {
     pub(super) spec: &'a LoopSpec,
     pub(super) layout: &'a Layout,
     pub(super) coasting: &'a [Vec<Coasting>],
     pub(super) bodies: &'a [usize],
 }
 
-impl Part<'_> {
+impl TurningPart<'_> {
     /// Pairs of a motion at rest and, where there is one, its uniform motion; `known` are translations.
     pub(super) fn pivots(
         &self,

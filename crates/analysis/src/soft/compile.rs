@@ -2,9 +2,10 @@
 
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Architecture, WallSides};
+use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
 use cotouch_soft::contact_stiffnesses;
 use glam::DVec3;
+use nalgebra::DMatrix;
 
 use super::error::SoftAnalysisError;
 use super::local_laws::HostLaw;
@@ -65,6 +66,36 @@ pub fn compile_unreduced(scene: &Scene) -> Result<LoopSpec, SoftAnalysisError> {
     let fingers = fingers(scene);
     let set: Vec<usize> = (0..fingers.len()).collect();
     touched(scene, &prepared, &fingers, &set, &prepared.exact(&set)?, false)
+}
+
+/// All fingers of one user on the body, nobody else touching it.
+pub(crate) struct UserTouch {
+    pub(crate) spec: LoopSpec,
+    /// Of the surface where each finger touches it at rest, unit.
+    pub(crate) inward: Vec<DVec3>,
+    /// The body's own between these contacts, m/N: three rows a finger.
+    pub(crate) compliance: DMatrix<f64>,
+}
+
+/// Each user alone, with the hands that `hands` describes.
+///
+/// # Errors
+/// When the scene has no soft object that can be linearised.
+pub(crate) fn touches_of_users(
+    scene: &Scene,
+    hands: &SceneValues,
+) -> Result<Vec<UserTouch>, SoftAnalysisError> {
+    let prepared = Bodies::default().prepared(scene)?;
+    let fingers = fingers(scene);
+    let free = compile_at(hands, &OperatingPoint::free(hands));
+    let of_user = |user: HostIndex| -> Result<UserTouch, SoftAnalysisError> {
+        let set: Vec<usize> = (0..fingers.len()).filter(|&slot| fingers[slot].user == user).collect();
+        let mut spec = touched(scene, &prepared, &fingers, &set, &prepared.seen_from(&set), true)?;
+        spec.bodies.clone_from(&free.bodies);
+        let inward = set.iter().map(|&slot| -prepared.anchors[slot].normal).collect();
+        Ok(UserTouch { spec, inward, compliance: prepared.compliance(&set) })
+    };
+    scene.hosts().map(of_user).collect()
 }
 
 /// In the order of the bodies of a free session's loop.

@@ -30,18 +30,12 @@ const SHARE_OF_LARGEST: f64 = 0.5;
 /// first hold     z^d·z²·(z−1) + c·(b₁·z² + (b₀−b₁+i·a)·z + i·(1−a) − b₀) = 0
 /// ```
 #[must_use]
-pub fn ratios(scene: &Scene) -> [f64; 2] {
+pub fn gain_ratios(scene: &Scene) -> [f64; 2] {
     let slow = SlowPeriods::of(scene);
     match local_law(scene.local_model.kind).needs().integral_gain {
         true => slow.best_pi(),
         false => [slow.half_of_largest(), 0.0],
     }
-}
-
-/// The largest spectral radius of a slow period with these shares, over the same objects as in [`ratios`].
-#[must_use]
-pub fn worst_radius(scene: &Scene, [h, i]: [f64; 2]) -> f64 {
-    SlowPeriods::of(scene).worst(h, i)
 }
 
 struct SlowPeriods {
@@ -188,8 +182,8 @@ mod tests {
                     ];
                     let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
                     let scene = scene(&settings);
-                    let gains = ratios(&scene);
-                    let worst = worst_radius(&scene, gains);
+                    let gains = gain_ratios(&scene);
+                    let worst = SlowPeriods::of(&scene).worst(gains[0], gains[1]);
                     println!("{kind} {returned} {hold} {delay}: {gains:.3?} {worst:.3}");
                     assert!(worst < 0.95, "{settings:?}: {gains:?} {worst}");
                     assert!(gains[0] + gains[1] > 0.05);

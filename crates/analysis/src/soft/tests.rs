@@ -11,7 +11,7 @@ use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, Route};
 use crate::dof::motion_quantities;
 use crate::eigenvalues::{eigenvalues, spectral_radius};
-use crate::local_model::{Hand as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
+use crate::local_model::{HandImpedance as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
 use crate::loop_spec::{Body, Delay, Dof, Dynamics, LINE, LoopSpec, Plant, SPACE_POINT};
 
 const KO: f64 = 100.0;

@@ -3,14 +3,13 @@
 use std::f64::consts::PI;
 
 use cotouch_scene::Scene;
-use cotouch_scene::scene::SceneValues;
 use nalgebra::Complex;
 use serde::Serialize;
 
-use super::alone::Held;
 use super::error::TransparencyError;
-use super::one_line::{OneLine, Reduction, fingers, ideal_stiffness};
+use super::one_line::Reduction;
 use super::response;
+use super::user_loops::{Answer, Ideal, UserLoop, UserLoops};
 use crate::poles::analyze_loop;
 
 /// What users feel over frequency; serialises to the document of `cotouch analyze admittance`.
@@ -22,7 +21,7 @@ pub struct Admittance {
     pub quantity: Answer,
     /// Every user, the others absent, in the order of the scene.
     pub users: Vec<UserAdmittance>,
-    /// Fig 6.1 (d): hand and object as one mass, continuous in time.
+    /// Of the first user; around a rigid object, of all.
     pub ideal: IdealAdmittance,
     /// π/T_t: beyond it the slow-rate response repeats itself; the fundamental does not.
     pub slow_rate_limit_rad_s: f64,
@@ -30,16 +29,6 @@ pub struct Admittance {
     pub reduction: Reduction,
     /// What was left out or changed, in plain sentences.
     pub notes: Vec<String>,
-}
-
-/// What answers to the force.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Answer {
-    /// In free motion, m/s per N.
-    Velocity,
-    /// Against a wall, m per N.
-    Position,
 }
 
 /// What one user feels; every list has one element a frequency. An element is not finite where the loop itself
@@ -62,12 +51,14 @@ pub struct UserAdmittance {
     pub impedance_magnitude: Vec<f64>,
     /// Likewise, −π to π.
     pub impedance_phase_rad: Vec<f64>,
+    /// Fig 6.1 (d): hand and rigid object as one mass, continuous in time; or the hand on a soft object's stiffness.
+    pub ideal: IdealAdmittance,
 }
 
 /// What a user of an ideal system would feel.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct IdealAdmittance {
-    /// Of hand (all fingers) and object together.
+    /// Of hand (all fingers) and rigid object together.
     pub mass_kg: f64,
     /// m/s/N or m/N.
     pub magnitude: Vec<f64>,
@@ -76,46 +67,38 @@ pub struct IdealAdmittance {
 }
 
 /// At each of `frequencies_rad_s`: velocity over force in free motion, and position over force where the scene has a
-/// wall, with the object against it.
+/// wall, with the object against it, or a soft object, which is held to the ground.
 ///
 /// Frequencies may lie beyond π/T_t: there the slow-rate response repeats itself. Where the network period is no whole
 /// number of ticks, the force is held from each network instant to the next, and the hand is read at the first network
 /// instant of each pattern.
 ///
 /// # Errors
-/// When a frequency is not positive, the loop is too large, or the object is soft.
+/// When a frequency is not positive, or the scene cannot be analysed.
 pub fn admittance(scene: &Scene, frequencies_rad_s: &[f64]) -> Result<Admittance, TransparencyError> {
-    if scene.soft.exists() {
-        return Err(TransparencyError::Soft);
-    }
     if let Some(&found) = frequencies_rad_s.iter().find(|value| !(value.is_finite() && **value > 0.0)) {
         return Err(TransparencyError::Frequency(found));
     }
-    let line = OneLine::at_wall(scene);
-    let quantity = if scene.wall.exists() { Answer::Position } else { Answer::Velocity };
-    let spec = line.spec();
-    let users = line.scene.hosts().map(|user| {
-        let name = line.scene.users[user.index()].name.clone();
-        user_admittance(&Held::by_hand(&spec, user), name, quantity, frequencies_rad_s)
-    });
-    let users = users.collect::<Result<_, _>>()?;
+    let UserLoops { users, quantity, reduction, notes } = UserLoops::new(scene)?;
+    let users = users.into_iter().map(|user| user_admittance(user, quantity, frequencies_rad_s));
+    let users = users.collect::<Result<Vec<_>, _>>()?;
     Ok(Admittance {
         frequency_rad_s: frequencies_rad_s.to_vec(),
         quantity,
+        ideal: users.first().map(|user| user.ideal.clone()).unwrap_or_default(),
         users,
-        ideal: ideal_admittance(&line.scene, quantity, frequencies_rad_s),
-        slow_rate_limit_rad_s: PI * line.scene.rates.network_hz.hz(),
-        reduction: line.reduction,
-        notes: line.notes,
+        slow_rate_limit_rad_s: PI * scene.rates.network_hz.hz(),
+        reduction,
+        notes,
     })
 }
 
 fn user_admittance(
-    held: &Held,
-    name: String,
+    user: UserLoop,
     quantity: Answer,
     frequencies_rad_s: &[f64],
 ) -> Result<UserAdmittance, TransparencyError> {
+    let UserLoop { name, held, ideal } = user;
     // Refuses what is too large, too.
     let stable = analyze_loop(&held.spec)?.stable;
     let mut user = UserAdmittance {
@@ -127,17 +110,18 @@ fn user_admittance(
         fundamental_phase_rad: Vec::new(),
         impedance_magnitude: Vec::new(),
         impedance_phase_rad: Vec::new(),
+        ideal: ideal_admittance(ideal, quantity, frequencies_rad_s),
     };
     for &frequency in frequencies_rad_s {
         let per_second = Complex::new(0.0, frequency);
-        let velocity = response::fundamental(held, frequency)?;
+        let velocity = response::fundamental(&held, frequency)?;
         let (slow_rate, fundamental, impedance) = match quantity {
             Answer::Velocity => {
-                let slow_rate = response::slow_rate(held, 1, frequency)?;
+                let slow_rate = response::slow_rate(&held, 1, frequency)?;
                 (slow_rate, velocity, slow_rate.inv())
             }
             Answer::Position => {
-                let slow_rate = response::slow_rate(held, 0, frequency)?;
+                let slow_rate = response::slow_rate(&held, 0, frequency)?;
                 (slow_rate, velocity / per_second, (slow_rate * per_second).inv())
             }
         };
@@ -151,12 +135,9 @@ fn user_admittance(
     Ok(user)
 }
 
-/// `m·s + b + k/s` of one mass with the hand's own damper and spring, and the wall's.
-fn ideal_admittance(line: &SceneValues, quantity: Answer, frequencies_rad_s: &[f64]) -> IdealAdmittance {
-    let fingers = fingers(line);
-    let mass_kg = fingers * line.hand.mass_kg + line.object.mass_kg;
-    let damping = fingers * line.hand.damping_n_s_per_m + line.wall.damping_n_s_per_m;
-    let stiffness = ideal_stiffness(line);
+/// `m·s + b + k/s`.
+fn ideal_admittance(ideal: Ideal, quantity: Answer, frequencies_rad_s: &[f64]) -> IdealAdmittance {
+    let Ideal { mass_kg, damping_n_s_per_m: damping, stiffness_n_per_m: stiffness } = ideal;
     let answer = |&frequency: &f64| {
         let per_second = Complex::new(0.0, frequency);
         let velocity = (per_second * mass_kg + damping + per_second.inv() * stiffness).inv();

@@ -5,10 +5,13 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, SceneValues};
 use serde::Serialize;
 
+use super::drift::drift;
 use super::error::TransparencyError;
 use super::one_line::{OneLine, Reduction, fingers};
 use super::turning::{self, TurningDamping};
+use super::user_loops::{UserLoop, UserLoops};
 use super::viscous::Compensated;
+use crate::poles::analyze_loop;
 
 /// What held data add to the damping that a user feels; serialises to the document of `cotouch analyze damping`.
 ///
@@ -50,14 +53,14 @@ pub struct AddedDamping {
 /// What held data add to the damping that `user` feels, and what Fotoohi Ghiam's compensation does about it.
 ///
 /// # Errors
-/// When there is no such user, the loop is too large, or the object is soft.
+/// When there is no such user, or the scene cannot be analysed.
 pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, TransparencyError> {
-    if scene.soft.exists() {
-        return Err(TransparencyError::Soft);
-    }
     let users = scene.session.users;
     if user.index() >= usize::from(users) {
         return Err(TransparencyError::User { found: u32::from(user.0) + 1, users });
+    }
+    if let Some(loops) = UserLoops::on_soft_object(scene)? {
+        return on_soft_object(scene, loops, user);
     }
     let OneLine { scene: line, reduction, mut notes } = OneLine::free(scene);
     let Compensated { before, compensation, after } = Compensated::of_session(&line, user)?;
@@ -79,12 +82,44 @@ pub fn added_damping(scene: &Scene, user: HostIndex) -> Result<AddedDamping, Tra
     })
 }
 
+/// Of a user who touches a soft object: nobody else does, and no compensation is for it.
+fn on_soft_object(
+    scene: &SceneValues,
+    UserLoops { mut users, reduction, mut notes, .. }: UserLoops,
+    user: HostIndex,
+) -> Result<AddedDamping, TransparencyError> {
+    let UserLoop { name, held, .. } = users.swap_remove(user.index());
+    analyze_loop(&held.spec)?;
+    let drift = drift(&held)?;
+    notes.push("The soft object is held to the ground; so is what touches it.".to_owned());
+    notes.extend(drift.why_no_damping().map(str::to_owned));
+    Ok(AddedDamping {
+        user: name,
+        damping_n_s_per_m: drift.damping(|at_instants, _| at_instants),
+        simplified_damping_n_s_per_m: None,
+        mean_damping_n_s_per_m: drift.damping(|_, mean| mean),
+        dampers_of_scene_n_s_per_m: dampers_of_hand(scene),
+        drag_pole: None,
+        compensation_n_s_per_m: None,
+        damping_if_compensated_n_s_per_m: None,
+        drag_pole_if_compensated: None,
+        stable_if_compensated: None,
+        turning: Vec::new(),
+        reduction,
+        notes,
+    })
+}
+
+/// To the ground, of all fingers of one user.
+fn dampers_of_hand(scene: &SceneValues) -> f64 {
+    fingers(scene) * (scene.hand.damping_n_s_per_m + scene.governor.damping_n_s_per_m)
+}
+
 /// To the ground, of one user's hand and all copies.
 fn dampers(line: &SceneValues) -> f64 {
     let copies = match line.session.architecture {
         Architecture::Centralized => 1.0,
         Architecture::Distributed => f64::from(line.session.users),
     };
-    fingers(line) * (line.hand.damping_n_s_per_m + line.governor.damping_n_s_per_m)
-        + copies * (line.object.damping_n_s_per_m + line.object.axis_damping_n_s_per_m.x)
+    dampers_of_hand(line) + copies * (line.object.damping_n_s_per_m + line.object.axis_damping_n_s_per_m.x)
 }

@@ -3,7 +3,6 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::alone::Held;
-use super::response::pattern_s;
 use super::source::{self, Cut};
 use crate::check::SpecError;
 use crate::lift::layout::{Layout, Registers};
@@ -85,8 +84,8 @@ pub(super) fn drift(held: &Held) -> Result<Drift, SpecError> {
     let Some((state, lengths)) = bordered(&cut.map, &translations, &cut.column(&whole.matrix, first)) else {
         return Ok(Drift::Grounded);
     };
-    let read = |number: usize, state: &DVector<f64>| -> f64 {
-        let answer = held.answer(number).into_iter();
+    let read = |order: usize, state: &DVector<f64>| -> f64 {
+        let answer = held.answer(order).into_iter();
         answer.map(|(body, number, factor)| state[layout.bodies[body.0] + number] * factor).sum()
     };
     let moved: f64 = translations.iter().zip(lengths.iter()).map(|(e, length)| read(0, e) * length).sum();
@@ -94,7 +93,7 @@ pub(super) fn drift(held: &Held) -> Result<Drift, SpecError> {
         return Ok(Drift::Grounded);
     }
     let velocity = read(1, &state);
-    Ok(Drift::Steady { at_network_instants: velocity, mean: moved / pattern_s(&held.spec) })
+    Ok(Drift::Steady { at_network_instants: velocity, mean: moved / held.spec.pattern_s() })
 }
 
 fn bordered(

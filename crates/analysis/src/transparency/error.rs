@@ -9,11 +9,6 @@ pub enum TransparencyError {
     /// The loop cannot be analysed.
     #[error(transparent)]
     Analysis(#[from] AnalysisError),
-    /// What these numbers describe is a rigid object.
-    #[error(
-        "admittance, added damping and equivalent stiffness are those of a rigid object; this scene has a soft one (soft.model)"
-    )]
-    Soft,
     /// Not a frequency.
     #[error("frequencies must be positive and finite, in rad/s; found {0}")]
     Frequency(f64),

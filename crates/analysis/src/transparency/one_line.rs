@@ -60,7 +60,7 @@ impl OneLine {
     fn of(scene: &SceneValues) -> Self {
         let bodies = scene.world_bodies();
         let is_line = scene.space == Space::Line && bodies.len() == 1 && !has_surface(&bodies[0].shape);
-        let (mut scene, reduction) = if is_line {
+        let (scene, reduction) = if is_line {
             (scene.clone(), Reduction::None)
         } else {
             (along_normal(scene), Reduction::AlongNormal)
@@ -72,15 +72,8 @@ impl OneLine {
                     .to_owned(),
             );
         }
-        if scene.users.iter().any(tracks) {
-            notes.push(
-                "The springs by which scripts make fingers follow a path are part of the users' forces and left out."
-                    .to_owned(),
-            );
-        }
-        for user in &mut scene.users {
-            user.tracking = SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 };
-        }
+        let (scene, note) = without_tracking(&scene);
+        notes.extend(note);
         Self { scene, reduction, notes }
     }
 
@@ -88,6 +81,19 @@ impl OneLine {
     pub(super) fn spec(&self) -> LoopSpec {
         compile(&self.scene).swap_remove(0).spec
     }
+}
+
+/// A scene without the springs by which scripts make fingers follow a path, and a note where it had some.
+pub(super) fn without_tracking(scene: &SceneValues) -> (SceneValues, Option<String>) {
+    let note = scene.users.iter().any(tracks).then(|| {
+        "The springs by which scripts make fingers follow a path are part of the users' forces and left out."
+            .to_owned()
+    });
+    let mut scene = scene.clone();
+    for user in &mut scene.users {
+        user.tracking = SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 };
+    }
+    (scene, note)
 }
 
 fn tracks(user: &User) -> bool {

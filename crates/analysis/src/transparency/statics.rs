@@ -1,9 +1,10 @@
 //! What a user feels at rest: Hooke's and Newton's laws, with everything held equal to what is current.
 
+use cotouch_world::LinearBlock;
 use nalgebra::{DMatrix, DVector};
 
-use super::alone::Held;
-use crate::loop_spec::{Dynamics, LoopSpec, Motion};
+use super::alone::{End, Held};
+use crate::loop_spec::{Body, Dynamics, LoopSpec, Motion, Term};
 
 /// Force over displacement, N/m; 0 where nothing resists.
 pub(super) fn stiffness(held: &Held) -> f64 {
@@ -13,8 +14,10 @@ pub(super) fn stiffness(held: &Held) -> f64 {
     const NOTHING: f64 = 1e-14;
     let balance = Balance::new(&held.spec);
     let mut force = DVector::zeros(balance.matrix.nrows());
-    for &(body, share) in &held.pushed {
-        balance.add_force(&held.spec, body.0, share, |row, value| force[row] -= value);
+    for End { body, shares } in &held.pushed {
+        for (component, &share) in shares.iter().enumerate() {
+            balance.add_force(&held.spec, body.0, component, share, |row, value| force[row] -= value);
+        }
     }
     // Rows of plants are accelerations: all rows are brought to one size.
     let mut matrix = balance.matrix;
@@ -37,27 +40,34 @@ pub(super) fn stiffness(held: &Held) -> f64 {
     if displacement == 0.0 { 0.0 } else { displacement.recip() }
 }
 
-/// The laws of rest: for plants `A·s + B·f = 0`, for masses `f = 0`, in the plants' states and the masses' positions.
+/// The laws of rest: for plants `A·s + B·f = 0`, for masses `f = 0`, for blocks `(A − I)·x + B·u = 0` and
+/// `C·x + D·u − y = 0`; in the plants' states, the masses' positions, and the blocks' states and outputs.
 struct Balance {
     matrix: DMatrix<f64>,
     /// The first unknown of each body.
     first: Vec<usize>,
+    /// The first unknown of each block.
+    blocks: Vec<usize>,
 }
 
 impl Balance {
     fn new(spec: &LoopSpec) -> Self {
-        let mut first = Vec::new();
         let mut size = 0;
-        for body in &spec.bodies {
-            first.push(size);
-            size += match &body.dynamics {
-                Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } => plant.a.nrows(),
-                Dynamics::Mass { .. } | Dynamics::Rigid { .. } => body.axes.len(),
-            };
-        }
-        let mut balance = Self { matrix: DMatrix::zeros(size, size), first };
+        let mut place = |numbers: usize| {
+            size += numbers;
+            size - numbers
+        };
+        let of_body = |body: &Body| match &body.dynamics {
+            Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } => plant.a.nrows(),
+            Dynamics::Mass { .. } | Dynamics::Rigid { .. } => body.axes.len(),
+        };
+        let first = spec.bodies.iter().map(|body| place(of_body(body))).collect();
+        let blocks =
+            spec.blocks.iter().map(|block| place(block.law.states() + block.law.outputs())).collect();
+        let mut balance = Self { matrix: DMatrix::zeros(size, size), first, blocks };
         balance.add_plants(spec);
         balance.add_couplings(spec);
+        balance.add_blocks(spec);
         balance
     }
 
@@ -75,8 +85,8 @@ impl Balance {
         let mut matrix = std::mem::take(&mut self.matrix);
         for action in &spec.actions {
             for term in spec.coupling_of(action).into_iter().flat_map(|coupling| &coupling.terms) {
-                for (column, factor) in self.motion(spec, term.motion, term.number) {
-                    self.add_force(spec, action.body.0, term.gain * factor, |row, value| {
+                for (column, factor) in self.motion(spec, term) {
+                    self.add_force(spec, action.body.0, term.component, term.gain * factor, |row, value| {
                         matrix[(row, column)] += value;
                     });
                 }
@@ -85,28 +95,63 @@ impl Balance {
         self.matrix = matrix;
     }
 
-    /// A force on a body on a line, in the rows of the body.
-    fn add_force(&self, spec: &LoopSpec, body: usize, force: f64, mut add: impl FnMut(usize, f64)) {
-        let first = self.first[body];
-        match &spec.bodies[body].dynamics {
-            Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } => {
-                plant.b.column(0).iter().enumerate().for_each(|(row, b)| add(first + row, b * force));
+    fn add_blocks(&mut self, spec: &LoopSpec) {
+        for (block, &first) in spec.blocks.iter().zip(&self.blocks) {
+            let LinearBlock { a, b, c, d } = &block.law;
+            let (states, outputs) = (block.law.states(), block.law.outputs());
+            let output = first + states;
+            let mut own = self.matrix.view_mut((first, first), (states, states));
+            own += a - DMatrix::identity(states, states);
+            self.matrix.view_mut((output, first), (outputs, states)).copy_from(c);
+            self.matrix.view_mut((output, output), (outputs, outputs)).fill_diagonal(-1.0);
+            // What is gathered of an input that stays: the same in every period, but for integrals, whose input is 0 then.
+            let gathered: f64 = block.weights_of_step(0).iter().sum();
+            for term in &block.input.terms {
+                for (column, factor) in self.motion(spec, term) {
+                    let gain = gathered * term.gain * factor;
+                    let mut state_rows = self.matrix.view_mut((first, column), (states, 1));
+                    state_rows += b.column(term.component) * gain;
+                    let mut output_rows = self.matrix.view_mut((output, column), (outputs, 1));
+                    output_rows += d.column(term.component) * gain;
+                }
             }
-            Dynamics::Mass { .. } | Dynamics::Rigid { .. } => add(first, force),
         }
     }
 
-    /// A number of a motion, at rest.
-    fn motion(&self, spec: &LoopSpec, motion: Motion, number: usize) -> Vec<(usize, f64)> {
-        let Some(body) = spec.body_of(motion) else { return Vec::new() };
-        let first = self.first[body.0];
-        match &spec.bodies[body.0].dynamics {
+    /// A force on a body, in the rows of the body.
+    fn add_force(
+        &self,
+        spec: &LoopSpec,
+        body: usize,
+        component: usize,
+        force: f64,
+        mut add: impl FnMut(usize, f64),
+    ) {
+        let first = self.first[body];
+        match &spec.bodies[body].dynamics {
             Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } => {
-                plant.c.row(number).iter().enumerate().map(|(state, &c)| (first + state, c)).collect()
+                let column = plant.b.column(component);
+                column.iter().enumerate().for_each(|(row, b)| add(first + row, b * force));
             }
+            Dynamics::Mass { .. } | Dynamics::Rigid { .. } => add(first + component, force),
+        }
+    }
+
+    /// What a term reads, at rest.
+    fn motion(&self, spec: &LoopSpec, term: &Term) -> Vec<(usize, f64)> {
+        if let Motion::Output(block) = term.motion {
+            return vec![(self.blocks[block.0] + spec.blocks[block.0].law.states() + term.number, 1.0)];
+        }
+        let Some(body) = spec.body_of(term.motion) else { return Vec::new() };
+        let (first, Body { axes, dynamics, .. }) = (self.first[body.0], &spec.bodies[body.0]);
+        let is_velocity = term.number >= axes.len();
+        match dynamics {
             // Nothing moves.
-            Dynamics::Mass { .. } | Dynamics::Rigid { .. } if number > 0 => Vec::new(),
-            Dynamics::Mass { .. } | Dynamics::Rigid { .. } => vec![(first, 1.0)],
+            Dynamics::Mass { .. } | Dynamics::Rigid { .. } if is_velocity => Vec::new(),
+            dynamics => {
+                let states = dynamics.output(term.number).into_iter();
+                states.map(|(state, factor)| (first + state, factor)).collect()
+            }
         }
     }
 }

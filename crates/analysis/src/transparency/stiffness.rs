@@ -1,20 +1,19 @@
 //! Stiffness at rest.
 
 use cotouch_scene::Scene;
-use cotouch_scene::names::HostIndex;
 use serde::Serialize;
 
-use super::alone::Held;
 use super::error::TransparencyError;
-use super::one_line::{OneLine, Reduction, ideal_stiffness};
+use super::one_line::Reduction;
 use super::statics;
+use super::user_loops::{UserLoop, UserLoops};
 
 /// What users feel at rest; serialises to the document of `cotouch analyze stiffness`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct EquivalentStiffness {
     /// In the order of the scene.
     pub users: Vec<UserStiffness>,
-    /// What the ideal system has (6.4): the wall's stiffness, and the hand's own.
+    /// Of the first user; around a rigid object, of all.
     pub ideal_n_per_m: f64,
     /// Whether the scene was brought to one line.
     pub reduction: Reduction,
@@ -29,27 +28,23 @@ pub struct UserStiffness {
     pub name: String,
     /// Force over displacement; 0 where nothing resists.
     pub stiffness_n_per_m: f64,
+    /// What the ideal system has (6.4): the wall's stiffness, or the soft object's where this user touches it, and the
+    /// hand's own.
+    pub ideal_n_per_m: f64,
 }
 
 /// Of every user, the others absent, the object against the wall if there is one.
 ///
 /// # Errors
-/// When the scene cannot be analysed, or its object is soft.
+/// When the scene cannot be analysed.
 pub fn equivalent_stiffness(scene: &Scene) -> Result<EquivalentStiffness, TransparencyError> {
-    if scene.soft.exists() {
-        return Err(TransparencyError::Soft);
-    }
-    let line = OneLine::at_wall(scene);
-    let spec = line.spec();
-    crate::check::check(&spec)?;
-    let of_user = |user: HostIndex| UserStiffness {
-        name: line.scene.users[user.index()].name.clone(),
-        stiffness_n_per_m: statics::stiffness(&Held::by_hand(&spec, user)),
+    let UserLoops { users, reduction, notes, .. } = UserLoops::new(scene)?;
+    let of_user = |user: UserLoop| UserStiffness {
+        name: user.name,
+        stiffness_n_per_m: statics::stiffness(&user.held),
+        ideal_n_per_m: user.ideal.stiffness_n_per_m,
     };
-    Ok(EquivalentStiffness {
-        users: line.scene.hosts().map(of_user).collect(),
-        ideal_n_per_m: ideal_stiffness(&line.scene),
-        reduction: line.reduction,
-        notes: line.notes,
-    })
+    let users: Vec<_> = users.into_iter().map(of_user).collect();
+    let ideal_n_per_m = users.first().map_or(0.0, |user| user.ideal_n_per_m);
+    Ok(EquivalentStiffness { users, ideal_n_per_m, reduction, notes })
 }

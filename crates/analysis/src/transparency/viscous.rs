@@ -2,6 +2,7 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::SceneValues;
+use glam::DVec3;
 
 use super::alone::Held;
 use super::drift::{Drift, drift};
@@ -57,7 +58,7 @@ impl Compensated {
 impl Viscous {
     fn new(spec: &LoopSpec, hand: Option<HostIndex>, user: HostIndex) -> Result<Self, TransparencyError> {
         let session = analyze_loop(spec)?;
-        let by_hand = hand.map(|user| drift(&Held::by_hand(spec, user))).transpose()?;
+        let by_hand = hand.map(|user| drift(&Held::by_hand(spec, user, &|_| DVec3::X))).transpose()?;
         let simplified = drift(&Held::directly(spec, user))?;
         Ok(Self {
             damping: by_hand.and_then(|drift| drift.damping(|at_instants, _| at_instants)),

@@ -3,8 +3,8 @@
 use cotouch_analysis::diagram::{
     Clock, Diagram, DiagramBlock, DiagramBlockId, DiagramError, Element, Law, Plant, Route, Sampled, Time,
 };
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::loop_spec::Estimate;
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::SpringDamper;
 use cotouch_world::LinearBlock;
 use nalgebra::{DMatrix, dmatrix};

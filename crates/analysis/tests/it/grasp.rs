@@ -1,8 +1,8 @@
 //! What is said about grasps.
 
-use cotouch_analysis::compile::{ContactMode, along_normal, compile};
-use cotouch_analysis::operating_point::OperatingPoint;
-use cotouch_analysis::stability::{Stability, analyze, analyze_loop};
+use cotouch_analysis::{
+    ContactMode, OperatingPoint, Stability, along_normal, analyze, analyze_loop, compile,
+};
 use cotouch_scene::scene::{Action, Architecture, Scene, Space, VelocityEstimate, WallPlane};
 use cotouch_testkit::scenes::{edited, grasp, spring};
 use glam::DVec3;

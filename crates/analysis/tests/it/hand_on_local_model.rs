@@ -1,21 +1,23 @@
 //! A hand that is free to move on a local model: one loop, against closed forms, the loop written out, and simulation.
 
 use cotouch_analysis::diagram::Route;
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{
-    ContactSides, Hand, LocalModelError, PiLocalModel, Simulation, SimulationLoop, SimulationState,
+    ContactSides, HandImpedance, LocalModelError, PiLocalModel, Simulation, SimulationLoop, SimulationState,
     Threshold, hand_on_local_model, hand_spectral_radius,
 };
 use cotouch_analysis::loop_spec::LoopSpec;
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::names::{Coordinate, Quantity};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 use nalgebra::{Complex, DMatrix, DVector};
 
+use crate::local_models::characteristic_of_map;
+
 const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
 const FORCES: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];
 const HOLDS: [SurfaceHold; 2] = [SurfaceHold::Zero, SurfaceHold::First];
-const STILL: Hand = Hand { mass_kg: 1e12, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 };
+const STILL: HandImpedance = HandImpedance { mass_kg: 1e12, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 };
 
 fn model(kh: f64, int: f64, ko: f64) -> PiLocalModel {
     PiLocalModel::new(kh, int, ko).unwrap()
@@ -33,11 +35,11 @@ fn rate(text: &str) -> Rate {
     text.parse().unwrap()
 }
 
-fn at_1_khz(hand: Hand, model: &PiLocalModel, slow: &SimulationLoop) -> LoopSpec {
+fn at_1_khz(hand: HandImpedance, model: &PiLocalModel, slow: &SimulationLoop) -> LoopSpec {
     hand_on_local_model(hand, model, slow, rate("1000")).unwrap()
 }
 
-fn lifted(hand: Hand, model: &PiLocalModel, slow: &SimulationLoop) -> DMatrix<f64> {
+fn lifted(hand: HandImpedance, model: &PiLocalModel, slow: &SimulationLoop) -> DMatrix<f64> {
     at_1_khz(hand, model, slow).lift().unwrap().matrix
 }
 
@@ -123,7 +125,7 @@ fn written_out_period(
 #[test]
 fn the_hand_on_a_local_model_is_the_loop_written_out() {
     let [mass_kg, kh, int, ko] = [0.08, 450.0, 200.0, 600.0];
-    let hand = Hand { mass_kg, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 };
+    let hand = HandImpedance { mass_kg, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 };
     for returned in FORCES {
         for hold in HOLDS {
             let spec = at_1_khz(hand, &model(kh, int, ko), &slow_loop(20, returned, hold));
@@ -171,7 +173,7 @@ fn a_surface_that_moves_linearly_under_the_mean_force_raises_the_limit() {
 
 #[test]
 fn weights_are_taken_as_they_are() {
-    let hand = Hand { mass_kg: 0.2, damping_n_s_per_m: 1.0, stiffness_n_per_m: 50.0 };
+    let hand = HandImpedance { mass_kg: 0.2, damping_n_s_per_m: 1.0, stiffness_n_per_m: 50.0 };
     let spec = |slow: &SimulationLoop| at_1_khz(hand, &model(300.0, 100.0, 500.0), slow);
     let weighted =
         |weights: &[f64]| spec(&SimulationLoop::weighted(weights.to_vec(), SurfaceHold::Zero).unwrap());
@@ -192,7 +194,7 @@ fn units_change_nothing() {
         let slow = slow_loop(5, returned, hold);
         let map = |[length, force, time]: [f64; 3], fast| {
             let stiffness = force / length;
-            let hand = Hand {
+            let hand = HandImpedance {
                 mass_kg: 0.15 * stiffness * time * time,
                 damping_n_s_per_m: 2.0 * stiffness * time,
                 stiffness_n_per_m: 300.0 * stiffness,
@@ -226,7 +228,7 @@ fn units_change_nothing() {
 fn a_heavy_hand_is_a_hand_held_still() {
     let gains = model(500.0, 300.0, 1000.0);
     let radius = |mass_kg| {
-        let hand = Hand { mass_kg, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
+        let hand = HandImpedance { mass_kg, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0 };
         let map = lifted(hand, &gains, &mean());
         let mut norms: Vec<f64> = eigenvalues(&map).unwrap().iter().map(|value| value.norm()).collect();
         norms.sort_by(f64::total_cmp);
@@ -242,7 +244,7 @@ fn a_heavy_hand_is_a_hand_held_still() {
 #[test]
 fn a_free_hand_has_a_verdict_of_its_own() {
     let radius = |kh, mass_kg, damping_n_s_per_m| {
-        let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
+        let hand = HandImpedance { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
         hand_spectral_radius(hand, &model(kh, 0.0, 1000.0), &mean(), rate("1000")).unwrap()
     };
     assert!(mean().is_stable(&model(900.0, 0.0, 1000.0)) && radius(900.0, 0.5, 1.0) > 1.3);
@@ -255,14 +257,14 @@ fn the_lift_with_a_hand_is_what_the_loop_does() {
     for (returned, hold) in FORCES.into_iter().flat_map(|force| HOLDS.map(|hold| (force, hold))) {
         let slow = slow_loop(20, returned, hold);
         let gains = model(150.0, 60.0, 400.0);
-        let hand = Hand { mass_kg: 0.2, damping_n_s_per_m: 4.0, stiffness_n_per_m: 30.0 };
+        let hand = HandImpedance { mass_kg: 0.2, damping_n_s_per_m: 4.0, stiffness_n_per_m: 30.0 };
         let map = lifted(hand, &gains, &slow);
         let simulation =
             Simulation::new(gains, slow.clone(), 1e-3, ContactSides::TwoSided, Threshold::None).unwrap();
         let trace: Vec<f64> = released(&simulation, hand, 20 * 60);
         // The positions at the starts of periods obey the map's characteristic polynomial.
         let at: Vec<f64> = trace.iter().step_by(20).copied().collect();
-        let a = SimulationLoop::characteristic_of_map(&map);
+        let a = characteristic_of_map(&map);
         let largest = at.iter().fold(0.0_f64, |most, x| most.max(x.abs()));
         for start in 0..at.len() - a.len() {
             let sum: f64 = a.iter().enumerate().map(|(order, a)| a * at[start + order]).sum::<f64>();
@@ -274,7 +276,7 @@ fn the_lift_with_a_hand_is_what_the_loop_does() {
 }
 
 /// The hand's positions after it starts 10 mm inside: a fine Runge–Kutta of the hand between ticks.
-fn released(simulation: &Simulation, hand: Hand, ticks: usize) -> Vec<f64> {
+fn released(simulation: &Simulation, hand: HandImpedance, ticks: usize) -> Vec<f64> {
     const FINE: usize = 8;
     let mut state = SimulationState::default();
     let (mut x, mut v) = (0.01, 0.0);
@@ -300,7 +302,7 @@ fn released(simulation: &Simulation, hand: Hand, ticks: usize) -> Vec<f64> {
 
 #[test]
 fn a_hand_without_mass_is_refused() {
-    let hand = Hand { mass_kg: 0.0, damping_n_s_per_m: 1.0, stiffness_n_per_m: 0.0 };
+    let hand = HandImpedance { mass_kg: 0.0, damping_n_s_per_m: 1.0, stiffness_n_per_m: 0.0 };
     let error: LocalModelError =
         hand_on_local_model(hand, &model(1.0, 0.0, 2.0), &mean(), rate("1000")).unwrap_err();
     assert_eq!(error.to_string(), "the hand's mass, kg, must be above 0; found 0");

@@ -13,6 +13,7 @@ mod properties;
 mod pushed;
 mod routes;
 mod seed_values;
+mod soft_transparency;
 mod transparency;
 mod written_out;
 mod written_out_grasp;

@@ -1,8 +1,6 @@
 //! Maps from few points are the maps from all points, and boundaries are where verdicts change.
 
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::stability::analyze;
-use cotouch_analysis::sweep::{Grid, Sweep};
+use cotouch_analysis::{Grid, StabilityMap, Sweep, analyze, stability_map};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};

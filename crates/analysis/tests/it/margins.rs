@@ -1,7 +1,6 @@
 //! Margins are where the verdict turns.
 
-use cotouch_analysis::margin::{Margins, margins};
-use cotouch_analysis::stability::analyze;
+use cotouch_analysis::{Margins, analyze, margins};
 use cotouch_scene::scene::{Architecture, PlayOut, WallSides};
 use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
@@ -157,12 +156,12 @@ fn who_does_not_want_to_know_any_more_gets_no_margins() {
     let scene = cotouch_scene::load("single-axis", &[]).unwrap();
     let shares = std::sync::Mutex::new(Vec::new());
     let until = |limit: f64| {
-        cotouch_analysis::margin::margins(&scene, &|share| {
+        cotouch_analysis::margins(&scene, &|share| {
             shares.lock().unwrap().push(share);
             share < limit
         })
     };
-    assert!(matches!(until(0.3), Err(cotouch_analysis::sweep::SweepError::GivenUp)));
+    assert!(matches!(until(0.3), Err(cotouch_analysis::SweepError::GivenUp)));
     assert!(shares.lock().unwrap().iter().all(|&share| share < 0.7), "the rest was not begun");
     until(2.0).unwrap();
 }

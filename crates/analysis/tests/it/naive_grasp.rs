@@ -3,7 +3,7 @@
 
 use std::collections::VecDeque;
 
-use cotouch_analysis::operating_point::{FingerContact, OperatingPoint};
+use cotouch_analysis::{FingerContact, OperatingPoint};
 use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Architecture, Integrator, Scene, ShapeKind, SpringDamper, VelocityEstimate};
 use glam::{DMat3, DQuat, DVec3};

@@ -1,94 +1,11 @@
 //! Closed forms that share nothing with the tick-by-tick product.
 
-use cotouch_analysis::compile::compile;
+use cotouch_analysis::analyze_loop;
 use cotouch_analysis::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
-use cotouch_analysis::stability::analyze_loop;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
-use cotouch_scene::scene::{Architecture, Scene, SpringDamper};
+use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::{Rate, Schedule};
-use cotouch_testkit::scenes::{spring, table_6_1, with_ratio};
-use nalgebra::{DMatrix, dmatrix};
-
-fn gains(spring: SpringDamper) -> DMatrix<f64> {
-    dmatrix![spring.stiffness_n_per_m, spring.damping_n_s_per_m]
-}
-
-/// A free mass over `period_s` under a held force.
-fn mass(mass_kg: f64, period_s: f64) -> (DMatrix<f64>, DMatrix<f64>) {
-    let a = dmatrix![1.0, period_s; 0.0, 1.0];
-    (a, dmatrix![period_s * period_s / (2.0 * mass_kg); period_s / mass_kg])
-}
-
-/// (4.4): `A^N` and `A^(N−1)·B + … + B`.
-fn resample(a: &DMatrix<f64>, b: &DMatrix<f64>, ratio: u32) -> (DMatrix<f64>, DMatrix<f64>) {
-    let mut power = DMatrix::identity(a.nrows(), a.nrows());
-    let mut sum = DMatrix::zeros(b.nrows(), b.ncols());
-    for _ in 0..ratio {
-        sum += &power * b;
-        power = a * power;
-    }
-    (power, sum)
-}
-
-/// Hand and object of one host at T_c, coupled by `local`; held inputs act on the object through `remote`.
-fn host(scene: &Scene, local: SpringDamper, remote: &[SpringDamper]) -> (DMatrix<f64>, DMatrix<f64>) {
-    let period_s = scene.rates.control_hz.period_s();
-    let ((ah, bh), (ao, bo)) = (mass(scene.hand.mass_kg, period_s), mass(scene.object.mass_kg, period_s));
-    let sum = remote.iter().fold(gains(local), |sum, &spring| sum + gains(spring));
-    let k = gains(local);
-    let mut a = DMatrix::zeros(4, 4);
-    a.view_mut((0, 0), (2, 2)).copy_from(&(ah - &bh * &k));
-    a.view_mut((0, 2), (2, 2)).copy_from(&(&bh * &k));
-    a.view_mut((2, 0), (2, 2)).copy_from(&(&bo * &k));
-    a.view_mut((2, 2), (2, 2)).copy_from(&(ao - &bo * sum));
-    let mut b = DMatrix::zeros(4, 2 * remote.len());
-    for (index, &spring) in remote.iter().enumerate() {
-        b.view_mut((2, 2 * index), (2, 2)).copy_from(&(&bo * gains(spring)));
-    }
-    (a, b)
-}
-
-fn assert_close(scene: &Scene, expected: &DMatrix<f64>) {
-    let matrix = compile(scene)[0].spec.lift().unwrap().matrix;
-    let difference = (&matrix - expected).amax();
-    assert!(difference <= 1e-12 * expected.amax(), "off by {difference:e}");
-}
-
-#[test]
-fn distributed_by_subsystem_resampling() {
-    for ratio in [1, 2, 5, 8] {
-        let scene = with_ratio(table_6_1(Architecture::Distributed), ratio);
-        let coupling = &scene.coupling;
-        let (a, b) =
-            host(&scene, coupling.hand_object, &[coupling.remote_hand_object, coupling.object_object]);
-        let (a, b) = resample(&a, &b, ratio);
-        // (4.11): the other host's hand and object are its state.
-        let mut closed = DMatrix::zeros(8, 8);
-        for (own, other) in [(0, 4), (4, 0)] {
-            closed.view_mut((own, own), (4, 4)).copy_from(&a);
-            closed.view_mut((own, other), (4, 4)).copy_from(&b);
-        }
-        assert_close(&scene, &closed);
-    }
-}
-
-#[test]
-fn centralized_by_subsystem_resampling() {
-    for ratio in [1, 2, 5, 8] {
-        let scene = with_ratio(table_6_1(Architecture::Centralized), ratio);
-        let remote = scene.coupling.remote_hand_object;
-        let (a, b) = host(&scene, scene.coupling.hand_object, &[remote]);
-        let (a, b) = resample(&a, &b, ratio);
-        let (a_client, b_client) = mass(scene.hand.mass_kg, scene.rates.network_hz.period_s());
-        // (4.8), with the client's force K_2·(X_o − X_h2).
-        let mut closed = DMatrix::zeros(6, 6);
-        closed.view_mut((0, 0), (4, 4)).copy_from(&a);
-        closed.view_mut((0, 4), (4, 2)).copy_from(&b);
-        closed.view_mut((4, 2), (2, 2)).copy_from(&(&b_client * gains(remote)));
-        closed.view_mut((4, 4), (2, 2)).copy_from(&(a_client - &b_client * gains(remote)));
-        assert_close(&scene, &closed);
-    }
-}
+use cotouch_testkit::scenes::spring;
 
 const MASS_KG: f64 = 0.5;
 /// Ticks in the delay: the map approaches the continuous loop as they grow.

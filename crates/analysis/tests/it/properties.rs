@@ -1,9 +1,7 @@
 //! What must hold for every loop.
 
-use cotouch_analysis::compile::compile;
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::loop_spec::LoopSpec;
-use cotouch_analysis::stability::{analyze, analyze_loop};
+use cotouch_analysis::{analyze, analyze_loop, compile, eigenvalues, spectral_radius};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Architecture, Coordination};
 use cotouch_testkit::scenes::{any_scene, edited, spring, table_6_1, with_ratio, with_users};

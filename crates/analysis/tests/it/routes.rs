@@ -1,11 +1,14 @@
 //! Three routes, one map.
 
-use cotouch_analysis::compile::compile;
+use cotouch_analysis::compile;
 use cotouch_analysis::diagram::{
     Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, Plant, Route, Sampled, Time,
 };
-use cotouch_analysis::loop_spec::{Estimate, LoopSpec};
+use cotouch_analysis::loop_spec::{
+    Block, Body, Coupling, Delay, Dynamics, Estimate, LINE, LoopSpec, Motion, Term,
+};
 use cotouch_scene::scene::{Architecture, PlayOut, Scene, VelocityEstimate};
+use cotouch_scene::time::Schedule;
 use cotouch_testkit::scenes::{any_scene, edited, grasp, spring, with_ratio};
 use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
@@ -230,6 +233,49 @@ fn in_order(map: &DiagramMap, states: &[String]) -> DMatrix<f64> {
     let place = |name: &String| map.states.iter().position(|other| other == name).unwrap();
     let places: Vec<usize> = states.iter().map(place).collect();
     DMatrix::from_fn(places.len(), places.len(), |i, j| map.matrix[(places[i], places[j])])
+}
+
+/// A block that samples late in its period is a clock with a phase.
+#[test]
+fn a_phase_is_written_as_weights_that_begin_with_zeros() {
+    let [control, slow] = ["1000", "250"].map(|rate| rate.parse().unwrap());
+    let plant = Plant::mass(0.2, spring(50.0, 2.0));
+    let law = LinearBlock {
+        a: DMatrix::from_element(1, 1, 0.6),
+        b: DMatrix::from_row_slice(1, 2, &[0.3, 0.01]),
+        c: DMatrix::from_element(1, 1, 40.0),
+        d: DMatrix::from_row_slice(1, 2, &[-200.0, -3.0]),
+    };
+    let mut spec = LoopSpec::new(Schedule::new(control, control).unwrap());
+    let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
+    let hand = spec.body(Body { states, axes: LINE, dynamics: Dynamics::Plant(plant.clone()) });
+    let read = |number| Term { component: number, motion: Motion::Current(hand), number, gain: 1.0 };
+    let input = Coupling { components: 2, terms: vec![read(0), read(1)] };
+    let ticks = Schedule::new(control, slow).unwrap();
+    let late = spec.block(Block {
+        states: vec!["host1.integral1".parse().unwrap()],
+        outputs: vec!["host1.surface1.x.age1".parse().unwrap()],
+        weights: vec![vec![0.0, 0.0, 1.0]],
+        ..Block::sampled(ticks, input, law.clone(), Delay::periods(1))
+    });
+    let force = Term { component: 0, motion: Motion::Output(late), number: 0, gain: 1.0 };
+    spec.act(hand, Coupling { components: 1, terms: vec![force] });
+
+    let mut diagram = Diagram::new();
+    let hand = diagram.plant("hand", plant);
+    let clock = Clock::with_phase(milliseconds(4, 1), milliseconds(2, 1));
+    let late = diagram.sampled("late", Sampled::linear(clock, law).after(milliseconds(2, 1)));
+    diagram.connect(hand, late);
+    diagram.connect(late, hand);
+
+    let expected = diagram.lift(Route::Stepping).unwrap().matrix;
+    assert_eq!(expected.nrows(), 4);
+    let by_route = |route| spec.lift_by(route).unwrap().matrix;
+    for found in [Route::Stepping, Route::StateSpace, Route::Resampling].map(by_route) {
+        assert_close(&found, &expected).unwrap();
+    }
+    assert_close(&spec.lift().unwrap().matrix, &expected).unwrap();
+    assert_close(&diagram.lift(Route::StateSpace).unwrap().matrix, &expected).unwrap();
 }
 
 proptest! {

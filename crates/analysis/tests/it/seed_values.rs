@@ -1,7 +1,6 @@
 //! Figures from the seeds, as exact computation gives them.
 
-use cotouch_analysis::compile::compile;
-use cotouch_analysis::stability::{analyze, analyze_loop};
+use cotouch_analysis::{analyze, analyze_loop, compile};
 use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
 use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, with_ratio};
 

@@ -1,8 +1,7 @@
 //! The full map against a session that is written out tick by tick: column by column, for every kind of scene.
 
 use crate::naive::Simulation;
-use cotouch_analysis::compile::compile;
-use cotouch_analysis::lift::LiftedMap;
+use cotouch_analysis::{LiftedMap, compile};
 use cotouch_scene::scene::{Action, Architecture, Coordination, Integrator, PlayOut, Scene, WallSides};
 use cotouch_testkit::scenes::{edited, latency, spring, table_6_1, way, with_ratio, with_users};
 

@@ -2,9 +2,7 @@
 //! differences about the operating point.
 
 use crate::naive_grasp::{Simulation, contact_force};
-use cotouch_analysis::compile::compile_at;
-use cotouch_analysis::lift::LiftedMap;
-use cotouch_analysis::operating_point::OperatingPoint;
+use cotouch_analysis::{LiftedMap, OperatingPoint, compile_at};
 use cotouch_scene::scene::{Architecture, Integrator, Scene, ShapeKind, Space, VelocityEstimate, WallPlane};
 use cotouch_testkit::scenes::{edited, finger, grasp, grasp_action, spring, with_ratio};
 use glam::{DMat3, DQuat, DVec3};
@@ -171,13 +169,7 @@ fn against_a_wall() {
             for x in [-0.05, 0.05] {
                 let corner = DVec3::new(x, 0.03, 0.0);
                 let force = DVec3::new(0.3, -1.1, 0.0);
-                let contact = cotouch_analysis::operating_point::CornerContact {
-                    host,
-                    wall: 0,
-                    body: 0,
-                    corner,
-                    force,
-                };
+                let contact = cotouch_analysis::CornerContact { host, wall: 0, body: 0, corner, force };
                 point.corners.push(contact);
             }
         }
@@ -203,7 +195,7 @@ fn copies_that_do_not_coincide() {
 fn settle_forces(scene: &Scene, point: &mut OperatingPoint) {
     let first = point.clone();
     for contact in &mut point.fingers {
-        let same = |other: &&cotouch_analysis::operating_point::FingerContact| {
+        let same = |other: &&cotouch_analysis::FingerContact| {
             (other.user, other.finger) == (contact.user, contact.finger)
         };
         contact.centre = first.fingers.iter().find(same).unwrap().centre;

@@ -3,7 +3,7 @@
 use std::net::SocketAddr;
 use std::path::PathBuf;
 
-use cotouch_analysis::sweep::{Grid, Sweep};
+use cotouch_analysis::{Grid, Sweep};
 use cotouch_net::Route;
 use cotouch_runtime::DeviceChoice;
 use cotouch_scene::Override;

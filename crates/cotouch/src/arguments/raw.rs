@@ -4,7 +4,7 @@ use std::net::SocketAddr;
 use std::path::PathBuf;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{Sweep, SweepError};
 use cotouch_net::Route;
 use cotouch_runtime::{DeviceChoice, transport};
 use cotouch_scene::Override;
@@ -171,8 +171,8 @@ Writes one page (index.html), figures (SVG) and their numbers (CSV) to a folder,
 another. Printed values stand beside those that come out here, with the reason where they differ. Exit status 1 when \
 something that the text claims does not hold.
 
-Ids, of the thesis: table1.1, fig5.1 to fig5.4, fig6.2, fig6.4, fig6.5, table6.2, eq6.3, eq6.4, eqB.10, eqB.11, fig8.1, \
-fig8.3, fig8.4; of the paper: pfig7 to pfig11, peq4, peq5, peq9
+Ids, of Fotoohi Ghiam 2006: table1.1, fig5.1 to fig5.4, fig6.2, fig6.4, fig6.5, table6.2, eq6.3, eq6.4, eqB.10, eqB.11, \
+fig8.1, fig8.3, fig8.4; of Barbagli et al. 2003: pfig7 to pfig11, peq4, peq5, peq9
 
 Example:
   cotouch reproduce fig5.1 fig6.2 pfig10 --out figures")]
@@ -306,8 +306,8 @@ Example:
     },
     /// The viscous damping that a user feels because data are held and late
     #[command(after_help = "\
-One user moves the object and the others are absent; the force over the velocity at network instants, towards frequency 0 \
-(thesis (6.2)). The simplified model leaves the hand and its couplings out.
+One user moves the object and the others are absent; the force over the velocity at network instants, towards frequency 0. \
+The simplified model leaves the hand and its couplings out.
 
 Example:
   cotouch analyze damping single-axis --user 2 --set link.delay_periods=1")]
@@ -319,7 +319,7 @@ Example:
         #[arg(long, value_name = "N", default_value = "1")]
         user: String,
     },
-    /// What users feel over frequency: velocity over force, and position over force against a wall
+    /// What users feel over frequency: velocity over force, and position over force against a wall or on a soft object
     #[command(after_help = "\
 Example:
   cotouch analyze admittance single-axis --frequencies 0.1..400:200:log --out admittance.svg")]
@@ -367,7 +367,7 @@ Example:
         /// How the surface moves between two results of the simulation
         #[arg(long, value_enum, default_value = "zero")]
         hold: RawHold,
-        /// A hand of this mass holds the device, kg; without it the hand is held still, as in the paper
+        /// A hand of this mass holds the device, kg; without it the hand is held still
         #[arg(long, value_name = "KG", value_parser = positive, allow_negative_numbers = true)]
         hand_mass: Option<f64>,
         /// Damping of that hand, N·s/m
@@ -382,7 +382,7 @@ Example:
     },
     /// How surface and force answer when the hand steps into the object
     #[command(after_help = "\
-Example, Fig 8 of the paper:
+Example:
   cotouch local-model step --kh 190 --ko 200 --input 0.025 --out step.svg")]
     Step {
         /// Proportional gain K_h, N/m
@@ -524,9 +524,9 @@ fn point(text: &str) -> Result<glam::DVec3, String> {
 
 #[derive(Clone, Copy, Debug, ValueEnum)]
 enum RawReturnedForce {
-    /// Of its first tick: the paper's equations
+    /// Of its first tick
     First,
-    /// The mean of all its ticks: the paper's algorithm
+    /// The mean of all its ticks
     Mean,
     /// Of its last tick
     Last,

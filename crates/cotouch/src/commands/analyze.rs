@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::stability::{ModeStability, Stability};
+use cotouch_analysis::{ModeStability, Stability};
 use cotouch_scene::Override;
 
 use super::prediction;
@@ -10,12 +10,12 @@ use crate::failure::{Failure, Verdict};
 use crate::output::Output;
 
 /// Contact modes that people are shown.
-const MOST_MODES: usize = 16;
+const MAX_MODES: usize = 16;
 
 /// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
 pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
-    let stability = cotouch_analysis::stability::analyze(&scene).map_err(anyhow::Error::from)?;
+    let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     output.answer_as(&stability, &text(&title, &stability))?;
     Ok(Verdict::Good)
@@ -55,10 +55,10 @@ fn text(title: &str, stability: &Stability) -> String {
 /// All modes where there are few, else those that come nearest to growing, worst first.
 fn listed(modes: &[ModeStability]) -> Vec<&ModeStability> {
     let mut listed: Vec<&ModeStability> = modes.iter().collect();
-    if listed.len() > MOST_MODES {
+    if listed.len() > MAX_MODES {
         // Modes that only repeat a radius are kept in the order of the analysis: the sort is stable.
         listed.sort_by(|a, b| a.stable.cmp(&b.stable).then(b.spectral_radius.total_cmp(&a.spectral_radius)));
-        listed.truncate(MOST_MODES);
+        listed.truncate(MAX_MODES);
     }
     listed
 }

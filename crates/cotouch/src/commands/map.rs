@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::sweep::{Sweep, SweepError};
+use cotouch_analysis::{StabilityMap, Sweep, SweepError, stability_map};
 use cotouch_scene::Override;
 
 use super::prediction;
@@ -16,7 +15,7 @@ use crate::progress::Progress;
 const COLUMNS: usize = 64;
 const ROWS: usize = 24;
 /// Crossings that people are shown.
-const MOST_CROSSINGS: usize = 24;
+const MAX_CROSSINGS: usize = 24;
 
 /// Says where in the plane of two keys a scene is stable.
 pub(super) fn map(
@@ -153,7 +152,7 @@ fn write_line(text: &mut String, map: &StabilityMap) {
         .collect();
     let _ = writeln!(text, "{}: {} to {}", map.x.key, number(xs[0]), number(xs[xs.len() - 1]));
     let _ = writeln!(text, "  {line}\n  # stable  . unstable  + both\n");
-    for point in map.boundary.iter().flatten().take(MOST_CROSSINGS) {
+    for point in map.boundary.iter().flatten().take(MAX_CROSSINGS) {
         let next = xs.windows(2).position(|pair| (pair[0] - point[0]) * (pair[1] - point[0]) <= 0.0);
         let turns = match next.map(|place| map.stable[0][place]) {
             Some(true) => "turns unstable",
@@ -161,8 +160,8 @@ fn write_line(text: &mut String, map: &StabilityMap) {
         };
         let _ = writeln!(text, "{turns} at {}", number(point[0]));
     }
-    if map.boundary.len() > MOST_CROSSINGS {
-        let _ = writeln!(text, "and {} more; --json has all of them", map.boundary.len() - MOST_CROSSINGS);
+    if map.boundary.len() > MAX_CROSSINGS {
+        let _ = writeln!(text, "and {} more; --json has all of them", map.boundary.len() - MAX_CROSSINGS);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::margin::{GainMargin, Margins, margins};
+use cotouch_analysis::{GainMargin, Margins, margins};
 use cotouch_scene::Override;
 
 use super::map::failure;

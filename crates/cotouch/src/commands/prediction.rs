@@ -1,7 +1,7 @@
 //! What the analysis says about a scene, in words.
 
-use cotouch_analysis::stability::{self, Stability, Switching};
-use cotouch_runtime::summary::Predicted;
+use cotouch_analysis::{Stability, Switching};
+use cotouch_runtime::Predicted;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 
@@ -9,7 +9,7 @@ use crate::failure::Failure;
 
 /// What the analysis says; nothing, and a note, where the loop is too large for it.
 pub(super) fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
-    match stability::analyze(scene) {
+    match cotouch_analysis::analyze(scene) {
         Ok(stability) => Ok(Some(stability)),
         Err(error) if error.is_too_large() => {
             eprintln!("note: no prediction: {error}");

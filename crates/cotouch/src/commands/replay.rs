@@ -6,9 +6,7 @@ use std::path::Path;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_runtime::export::export_csv;
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::session_handle::LOOK_PERIOD;
+use cotouch_runtime::{LOOK_PERIOD, RecordingReader, export_csv};
 use cotouch_scene::names::HostIndex;
 use serde_json::json;
 

@@ -2,9 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_runtime::summary::{
-    DivergedSummary, HapticSummary, Percentiles, ShakingSummary, SoftSummary, Summary,
-};
+use cotouch_runtime::{DivergedSummary, HapticSummary, Percentiles, ShakingSummary, SoftSummary, Summary};
 
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
@@ -162,8 +160,7 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::observer::{Divergence, Verdict};
-    use cotouch_runtime::summary::Predicted;
+    use cotouch_runtime::{Divergence, Predicted, RunVerdict};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
@@ -196,7 +193,7 @@ mod tests {
     fn disagreement_is_said_plainly() {
         let mut summary = summary();
         assert_eq!(verdict(&summary), "quiet: stable, as predicted");
-        (summary.stable, summary.verdict) = (false, Verdict::Shaking);
+        (summary.stable, summary.verdict) = (false, RunVerdict::Shaking);
         let [early, late] = [(1.0, 0.06), (3.0, 0.5)].map(|(from_s, rms_n)| ShakingSummary {
             user: "ben".to_owned(),
             finger: 2,
@@ -215,7 +212,7 @@ mod tests {
         assert!(verdict(&summary).contains("the computer was late: 7 of 20480 ticks were left out"));
         summary.predicted = Some(Predicted { stable: false, spectral_radius: 1.2 });
         assert!(verdict(&summary).starts_with("shaking, as predicted: ben's finger 2"));
-        summary.verdict = Verdict::Diverging;
+        summary.verdict = RunVerdict::Diverging;
         summary.diverged = Some(DivergedSummary {
             cause: Divergence::GovernorLimit,
             user: Some("ben".to_owned()),
@@ -226,7 +223,7 @@ mod tests {
             verdict(&summary),
             "diverging, as predicted: a force limit acted for more than 20 ms on end at ben's finger 2, 4.3 s after the start"
         );
-        (summary.stable, summary.verdict) = (true, Verdict::Quiet);
+        (summary.stable, summary.verdict) = (true, RunVerdict::Quiet);
         assert!(verdict(&summary).contains("although the prediction was unstable"));
         summary.predicted = None;
         (summary.diverged, summary.shaking) = (None, Vec::new());

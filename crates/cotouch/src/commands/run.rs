@@ -4,9 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use cotouch_net::Route;
-use cotouch_runtime::live::LiveSession;
-use cotouch_runtime::summary::{Predicted, Summary};
-use cotouch_runtime::{DeviceChoice, real_time, transport};
+use cotouch_runtime::{DeviceChoice, LiveSession, Predicted, Summary, real_time, transport};
 use cotouch_scene::scene::{Impairment, Link};
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;

@@ -23,9 +23,7 @@ impl From<SoftError> for Failure {
     fn from(error: SoftError) -> Self {
         match error {
             SoftError::NoEquilibrium(_) => Self::Running(error.into()),
-            SoftError::NotHeld(_) | SoftError::Outside { .. } | SoftError::Unsuitable(_) => {
-                Self::usage(error)
-            }
+            SoftError::Outside { .. } | SoftError::Unsuitable(_) => Self::usage(error),
         }
     }
 }

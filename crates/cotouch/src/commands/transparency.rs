@@ -5,7 +5,7 @@ mod bode;
 use std::fmt::Write as _;
 use std::path::Path;
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::{
     AddedDamping, Admittance, Answer, EquivalentStiffness, TransparencyError, UserAdmittance, added_damping,
 };
@@ -19,7 +19,7 @@ use crate::output::Output;
 use bode::Bode;
 
 /// Frequencies that people are shown.
-const MOST_ROWS: usize = 25;
+const MAX_ROWS: usize = 25;
 
 /// Says what held data add to the damping that a user feels; `user` is a name, or a number from 1.
 pub(super) fn damping(
@@ -30,7 +30,7 @@ pub(super) fn damping(
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let damping = added_damping(&scene, find_user(&scene, user)?)?;
-    output.answer_as(&damping, &damping_text(&title(&scene), &damping))?;
+    output.answer_as(&damping, &damping_text(&scene, &damping))?;
     Ok(Verdict::Good)
 }
 
@@ -43,10 +43,9 @@ pub(super) fn admittance(
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let admittance = cotouch_analysis::transparency::admittance(&scene, frequencies.values())?;
-    let title = title(&scene);
-    let text = admittance_text(&title, &admittance);
+    let text = admittance_text(&scene, &admittance);
     if output.file.as_deref().is_some_and(is_svg) {
-        let figure = Bode::of(&admittance).figure(&title)?;
+        let figure = Bode::of(&admittance).figure(&title(&scene))?;
         output.answer_and_file(&admittance, &text, &figure)?;
     } else {
         output.answer_as(&admittance, &text)?;
@@ -58,7 +57,7 @@ pub(super) fn admittance(
 pub(super) fn stiffness(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let stiffness = cotouch_analysis::transparency::equivalent_stiffness(&scene)?;
-    output.answer_as(&stiffness, &stiffness_text(&title(&scene), &stiffness))?;
+    output.answer_as(&stiffness, &stiffness_text(&scene, &stiffness))?;
     Ok(Verdict::Good)
 }
 
@@ -66,9 +65,7 @@ impl From<TransparencyError> for Failure {
     fn from(error: TransparencyError) -> Self {
         match error {
             TransparencyError::Analysis(_) => Self::Running(error.into()),
-            TransparencyError::Soft | TransparencyError::Frequency(_) | TransparencyError::User { .. } => {
-                Self::usage(error)
-            }
+            TransparencyError::Frequency(_) | TransparencyError::User { .. } => Self::usage(error),
         }
     }
 }
@@ -101,9 +98,10 @@ fn find_user(scene: &Scene, wanted: &str) -> Result<HostIndex, Failure> {
     })
 }
 
-fn damping_text(title: &str, damping: &AddedDamping) -> String {
-    let mut text =
-        format!("{title}\n{} moves the object in free motion, the others are absent\n\n", damping.user);
+fn damping_text(scene: &Scene, damping: &AddedDamping) -> String {
+    let what =
+        if scene.soft.exists() { "presses the soft object" } else { "moves the object in free motion" };
+    let mut text = format!("{}\n{} {what}, the others are absent\n\n", title(scene), damping.user);
     let mut row = |name: &str, value: String| {
         let _ = writeln!(text, "{name:<22} {value}");
     };
@@ -158,8 +156,8 @@ fn pole(pole: Option<f64>) -> String {
     pole.map_or_else(|| "none".to_owned(), |pole| format!("{}{}", prediction::radius(pole), words(pole)))
 }
 
-fn stiffness_text(title: &str, stiffness: &EquivalentStiffness) -> String {
-    let mut text = format!("{title}\nforce over displacement at rest, the others absent\n\n");
+fn stiffness_text(scene: &Scene, stiffness: &EquivalentStiffness) -> String {
+    let mut text = format!("{}\nforce over displacement at rest, the others absent\n\n", title(scene));
     for user in &stiffness.users {
         let value = match user.stiffness_n_per_m {
             0.0 => "0 N/m (nothing resists)".to_owned(),
@@ -167,17 +165,27 @@ fn stiffness_text(title: &str, stiffness: &EquivalentStiffness) -> String {
         };
         let _ = writeln!(text, "{:<22} {value}", user.name);
     }
-    let _ = writeln!(text, "{:<22} {:.3} N/m (wall and hand alone)", "ideal", stiffness.ideal_n_per_m);
+    let mut ideal = |name: &str, value: f64, alone: &str| {
+        let _ = writeln!(text, "{name:<22} {value:.3} N/m ({alone} alone)");
+    };
+    if scene.soft.exists() {
+        for user in &stiffness.users {
+            ideal(&format!("ideal, {}", user.name), user.ideal_n_per_m, "object and hand");
+        }
+    } else {
+        ideal("ideal", stiffness.ideal_n_per_m, "wall and hand");
+    }
     notes(&mut text, &stiffness.notes);
     text
 }
 
-fn admittance_text(title: &str, admittance: &Admittance) -> String {
+fn admittance_text(scene: &Scene, admittance: &Admittance) -> String {
     let (what, unit) = match admittance.quantity {
         Answer::Velocity => ("velocity over force in free motion", "m/s/N"),
+        Answer::Position if scene.soft.exists() => ("position over force on the soft object", "m/N"),
         Answer::Position => ("position over force against the wall", "m/N"),
     };
-    let mut text = format!("{title}\n{what}, each user with the others absent\n");
+    let mut text = format!("{}\n{what}, each user with the others absent\n", title(scene));
     for user in &admittance.users {
         user_text(&mut text, user, admittance, unit);
     }
@@ -204,7 +212,7 @@ fn user_text(text: &mut String, user: &UserAdmittance, admittance: &Admittance, 
         "{frequency:>12} {slow_rate:>18} {slow_phase:>8} {fundamental:>20} {phase:>8} {ideal:>12}"
     );
     let count = admittance.frequency_rad_s.len();
-    let every = count.div_ceil(MOST_ROWS).max(1);
+    let every = count.div_ceil(MAX_ROWS).max(1);
     for index in (0..count).step_by(every) {
         let _ = writeln!(
             text,
@@ -214,7 +222,7 @@ fn user_text(text: &mut String, user: &UserAdmittance, admittance: &Admittance, 
             user.phase_rad[index].to_degrees(),
             user.fundamental_magnitude[index],
             user.fundamental_phase_rad[index].to_degrees(),
-            admittance.ideal.magnitude[index],
+            user.ideal.magnitude[index],
         );
     }
     if every > 1 {
@@ -247,17 +255,17 @@ mod tests {
     fn people_are_shown_what_was_computed() {
         let settings = ["link.delay_periods=0"].map(|setting| setting.parse().unwrap());
         let scene = cotouch_scene::load("single-axis", &settings).unwrap();
-        let text = damping_text("title", &added_damping(&scene, HostIndex(0)).unwrap());
+        let text = damping_text(&scene, &added_damping(&scene, HostIndex(0)).unwrap());
         assert!(
             text.contains("2.038923 N·s/m") && text.contains("object.damping_n_s_per_m=-1.067496"),
             "{text}"
         );
         let frequencies: Vec<f64> = (1..=100).map(|step| f64::from(step) * 10.0).collect();
         let admittance = cotouch_analysis::transparency::admittance(&scene, &frequencies).unwrap();
-        let text = admittance_text("title", &admittance);
+        let text = admittance_text(&scene, &admittance);
         assert!(text.contains("every 4th of 100") && text.contains("402.1 rad/s"), "{text}");
         let stiffness = cotouch_analysis::transparency::equivalent_stiffness(&scene).unwrap();
-        assert!(stiffness_text("title", &stiffness).contains("nothing resists"));
+        assert!(stiffness_text(&scene, &stiffness).contains("nothing resists"));
         assert!(Bode::of(&admittance).figure("title").unwrap().contains("anna, fundamental"));
     }
 }

@@ -67,7 +67,7 @@ fn run() -> anyhow::Result<Outcome> {
         }),
         value: values.into(),
         agrees,
-        note: "An oscillation that friction bounds keeps its size instead of growing: such a run shakes. The thesis's users are people; here simulated hands of 5 N·s/m follow one script under every \
+        note: "An oscillation that friction bounds keeps its size instead of growing: such a run shakes. The users of Fotoohi Ghiam 2006 are people; here simulated hands of 5 N·s/m follow one script under every \
                architecture. Hands that are masses and nothing else are less stable: their radius stands beside."
             .to_owned(),
         claims,

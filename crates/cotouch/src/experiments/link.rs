@@ -65,7 +65,7 @@ fn run() -> anyhow::Result<Outcome> {
         }),
         value: json!({ "simulated_link": to_json(&simulated), "loopback": to_json(&loopback) }),
         agrees,
-        note: "The thesis's network is not here. Its numbers are given to a simulated link, and the probe finds them \
+        note: "The network of Fotoohi Ghiam 2006 is not here. Its numbers are given to a simulated link, and the probe finds them \
                again; beside that, the loopback of this computer, whose figures vary from run to run. 2.7 million \
                packets in 36 minutes are 1250 a second, not 128; that rate is used."
             .to_owned(),

@@ -1,7 +1,7 @@
 //! (9) of Barbagli et al. 2003 and Figures 10, 11: for which gains a PI local model is stable.
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{PiLocalModel, SimulationLoop, StableGains};
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use serde_json::{Value as Json, json};
 
@@ -132,7 +132,7 @@ fn equation_9() -> anyhow::Result<Outcome> {
         agrees: same(first),
         note: format!(
             "Eigenvalues of the loop lifted tick by tick, N = 50, on a grid. (9) follows from (7), in which the \
-            simulation receives the force of the first tick of a period. Step 3 of the paper's own algorithm (§4) gives \
+            simulation receives the force of the first tick of a period. Step 3 of the algorithm of Barbagli et al. 2003, §4, gives \
             it a mean: for the plain mean {:.0} % of the area of (9) is unstable, because an integral that runs within \
             the period acts like proportional gain.",
             100.0 * mean.unsafe_share()
@@ -295,7 +295,7 @@ fn figure_11() -> anyhow::Result<Outcome> {
         value: json!({ "ko": stiffnesses, "area": areas, "volume_over_ko_cubed": volume_below }),
         agrees: scales && same_transient,
         note: "Any unit of stiffness: slices scale with K_o, their area with K_o², the volume up to K_o with K_o³. The \
-            right-hand volume is that of the paper's own algorithm, which returns the mean of a period's forces."
+            right-hand volume is that of the algorithm of Barbagli et al. 2003, §4, which returns the mean of a period's forces."
             .to_owned(),
         rows,
         claims: vec![

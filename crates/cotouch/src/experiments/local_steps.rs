@@ -1,9 +1,9 @@
 //! Figures 7–9 of Barbagli et al. 2003 and (4), (5): what a proportional local model on a slow spring does.
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
 use cotouch_analysis::local_model::{
-    Hand, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
+    HandImpedance, HandStep, PiLocalModel, SimulationLoop, StepResponse, hand_spectral_radius, stable_kh,
 };
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_scene::time::Rate;
 use serde_json::json;
@@ -41,7 +41,7 @@ pub(super) const EQUATION_5: Experiment = Experiment {
 /// 20 Hz and 1 kHz: §2.1.
 const RATIO: u32 = 50;
 const PERIOD_S: f64 = 1e-3;
-const UNITS: &str = "The paper prints K without a unit; N/mm is taken (0.2 is 200 N/m). Only K_h/K_o matters to the \
+const UNITS: &str = "Barbagli et al. 2003 print K without a unit; N/mm is taken (0.2 is 200 N/m). Only K_h/K_o matters to the \
     motion. Slow rate 20 Hz, fast rate 1 kHz (N = 50), the hand steps at t = 0.";
 const RETURNED: [(&str, ReturnedForce); 3] =
     [("first", ReturnedForce::First), ("mean", ReturnedForce::Mean), ("last", ReturnedForce::Last)];
@@ -221,7 +221,7 @@ fn figure_9() -> anyhow::Result<Outcome> {
         }),
         agrees: claims.iter().all(|claim| claim.holds),
         note: format!(
-            "{UNITS} The paper prints no hand's travel here; Figure 8's is taken. Its text does not say which of the two \
+            "{UNITS} No hand's travel is printed here; Figure 8's is taken. Its text does not say which of the two \
             its curve shows: contact that also pulls grows by 10 % a period without end; contact that only pushes lets \
             go every other period and cycles at {rising} Hz, half the rate of the simulation."
         ),
@@ -313,7 +313,7 @@ fn equation_4() -> anyhow::Result<Outcome> {
         agrees,
         note: "The lifted loop, tick by tick, against (4). While the surface stands still within a period, so does the \
             force, and it does not matter which one is returned. Under the first-order hold (§3.4: \"similar results\", \
-            not shown) it does: the mean's limit is 2N/(N+1) = 1.96. The paper holds the hand still and calls (4) \
+            not shown) it does: the mean's limit is 2N/(N+1) = 1.96. Barbagli et al. 2003 hold the hand still and call (4) \
             necessary for the whole. The last rows let the hand go (K_o = 1000 N/m): for one given hand (4) is neither \
             enough nor necessary; it is necessary for all hands together, because one of them may hold still."
             .to_owned(),
@@ -334,7 +334,7 @@ fn equation_4() -> anyhow::Result<Outcome> {
 /// What becomes of (4) when a hand is free to move, K_o = 1000 N/m: K_h, and the hand's mass and damping.
 fn with_a_hand(kh: f64, mass_kg: f64, damping_n_s_per_m: f64) -> anyhow::Result<[String; 3]> {
     const KO: f64 = 1000.0;
-    let hand = Hand { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
+    let hand = HandImpedance { mass_kg, damping_n_s_per_m, stiffness_n_per_m: 0.0 };
     let (slow_loop, model) =
         (slow_loop(ReturnedForce::Mean, SurfaceHold::Zero)?, PiLocalModel::new(kh, 0.0, KO)?);
     let radius = hand_spectral_radius(hand, &model, &slow_loop, Rate::new(1000, 1)?)?;

@@ -2,8 +2,7 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::map::{StabilityMap, stability_map};
-use cotouch_analysis::sweep::Sweep;
+use cotouch_analysis::{StabilityMap, Sweep, stability_map};
 use cotouch_scene::scene::Architecture;
 use serde_json::json;
 
@@ -133,7 +132,7 @@ impl Figure {
             published_value: json!("a region for each n = 0, 1, 2, 3, smaller as n grows"),
             value: json!({ "delay_periods": DELAYS, "stable_area_n2_per_m2": areas }),
             agrees,
-            note: format!("{note} The thesis prints no numbers, and the scan has no picture."),
+            note: format!("{note} Fotoohi Ghiam 2006 prints no numbers, and the scan has no picture."),
             claims,
             rows: DELAYS.iter().map(|&delay| far.row(delay, near)).collect(),
             figure: Some(chart(self.title, &[far.panel("whole region"), near.panel("near the origin")])?),
@@ -278,7 +277,7 @@ fn figure_5_1() -> anyhow::Result<Outcome> {
             (local[1] / local[0] - 1.0).abs() < 0.05,
         ),
     ];
-    let note = "The thesis says that the regions shrink as n grows, and that the delay does not affect the local user. Both hold up to n = 1. With b = 10 N·s/m over held samples the region is empty for n = 2 and 3, for the local user too.";
+    let note = "Fotoohi Ghiam 2006 says that the regions shrink as n grows, and that the delay does not affect the local user. Both hold up to n = 1. With b = 10 N·s/m over held samples the region is empty for n = 2 and 3, for the local user too.";
     CENTRALIZED.outcome(&views, false, note, claims)
 }
 
@@ -305,7 +304,7 @@ fn figure_5_3() -> anyhow::Result<Outcome> {
     let claims =
         vec![Claim::new("each further period of delay reduces the marginal value of k_o", views[0].falls(0))];
     let agrees = claims.iter().all(|claim| claim.holds);
-    FIXED_REMOTE.outcome(&views, agrees, "The regions shrink as n grows, as the thesis says.", claims)
+    FIXED_REMOTE.outcome(&views, agrees, "The regions shrink as n grows, as the text says.", claims)
 }
 
 fn figure_5_4() -> anyhow::Result<Outcome> {
@@ -315,5 +314,5 @@ fn figure_5_4() -> anyhow::Result<Outcome> {
         Claim::new("each further period of delay reduces the marginal value of k_o", views[0].falls(1)),
     ];
     let agrees = claims.iter().all(|claim| claim.holds);
-    FIXED_LOCAL.outcome(&views, agrees, "The regions shrink as n grows, as the thesis says.", claims)
+    FIXED_LOCAL.outcome(&views, agrees, "The regions shrink as n grows, as the text says.", claims)
 }

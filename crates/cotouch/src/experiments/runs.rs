@@ -3,8 +3,8 @@
 use std::ops::Range;
 
 use anyhow::Context as _;
-use cotouch_analysis::stability::Stability;
-use cotouch_runtime::summary::Summary;
+use cotouch_analysis::Stability;
+use cotouch_runtime::Summary;
 use cotouch_scene::scene::SceneValues;
 use cotouch_scene::{Override, Scene};
 use glam::DVec3;
@@ -58,7 +58,7 @@ impl Run {
 
     /// Runs `scene`.
     pub(super) fn of_scene(scene: Scene, duration_s: f64) -> anyhow::Result<Self> {
-        let predicted = cotouch_analysis::stability::analyze(&scene)?;
+        let predicted = cotouch_analysis::analyze(&scene)?;
         let mut hosts = vec![HostCurves::default(); scene.users.len()];
         let mut ticks = vec![0_u64; hosts.len()];
         let summary = session::simulate(&scene, duration_s, |host, tick| {
@@ -100,14 +100,14 @@ pub(super) fn radius_of_mass_only_hands(scene: &Scene) -> anyhow::Result<f64> {
         user.tracking.stiffness_n_per_m = 0.0;
         user.tracking.damping_n_s_per_m = 0.0;
     }
-    let modes = cotouch_analysis::compile::compile(&values);
+    let modes = cotouch_analysis::compile(&values);
     modes.iter().try_fold(0.0_f64, |radius, mode| {
-        Ok(radius.max(cotouch_analysis::stability::analyze_loop(&mode.spec)?.spectral_radius))
+        Ok(radius.max(cotouch_analysis::analyze_loop(&mode.spec)?.spectral_radius))
     })
 }
 
 impl HostCurves {
-    fn take(&mut self, at: u64, tick: &cotouch_runtime::record::TickRecord) {
+    fn take(&mut self, at: u64, tick: &cotouch_runtime::TickRecord) {
         self.fingers.resize(tick.readings.len(), FingerCurves::default());
         if at.is_multiple_of(TICKS_A_POINT) {
             self.time_s.push(tick.instant.as_secs_f64());

@@ -159,7 +159,7 @@ fn run() -> anyhow::Result<Outcome> {
         agrees: claims.iter().all(|claim| claim.holds),
         note: format!(
             "The drag grows with the age of held data: here it is {:.2} N·s/m at n = 1 (compensated by {damping:.2}) and \
-             {:.2} N·s/m at n = 0. The thesis's 0.88 N·s/m belongs to a network that hardly delays; how it came about is \
+             {:.2} N·s/m at n = 0. The published 0.88 N·s/m belongs to a network that hardly delays; how it came about is \
              not said. One box needs {:.3} kg·a; part of the other copy's inertia is felt as well. A box that is \
              compensated by all of its drag at n = 1 runs away as soon as the fingers let go, as the analysis says.",
             uncompensated.drag_n_s_per_m, undelayed.drag_n_s_per_m, compensated.run.scene.object.mass_kg

@@ -12,7 +12,7 @@ const HEADLINE: u32 = 40 * FINE;
 const LEGEND_LINE: u32 = 18 * FINE;
 const REGION_OPACITY: f64 = 0.22;
 /// Points that a curve is thinned to.
-const MOST_POINTS: usize = 1500;
+const MAX_POINTS: usize = 1500;
 
 /// One pair of axes.
 #[derive(Clone, Debug, Default)]
@@ -272,15 +272,15 @@ fn about(range: (f64, f64), length: f64) -> (f64, f64) {
     (middle - 0.5 * length, middle + 0.5 * length)
 }
 
-/// A curve of at most about [`MOST_POINTS`] points: of each stretch its first, lowest, highest and last one, so that what
+/// A curve of at most about [`MAX_POINTS`] points: of each stretch its first, lowest, highest and last one, so that what
 /// stands out stays.
 fn thinned(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let finite: Vec<_> =
         points.iter().copied().filter(|point| point.0.is_finite() && point.1.is_finite()).collect();
-    if finite.len() <= MOST_POINTS {
+    if finite.len() <= MAX_POINTS {
         return finite;
     }
-    let stretch = finite.len().div_ceil(MOST_POINTS / 4);
+    let stretch = finite.len().div_ceil(MAX_POINTS / 4);
     let mut kept = Vec::new();
     for part in finite.chunks(stretch) {
         let extreme = |better: fn(f64, f64) -> bool| {
@@ -307,7 +307,7 @@ mod tests {
         let wave: Vec<_> = (0..50_000)
             .map(|i| (f64::from(i) * 1e-3, if i == 31_415 { 9.0 } else { (f64::from(i) * 1e-3).sin() }))
             .collect();
-        assert!(thinned(&wave).len() <= MOST_POINTS + 4);
+        assert!(thinned(&wave).len() <= MAX_POINTS + 4);
         assert!(thinned(&wave).iter().any(|point| point.1 == 9.0));
         let panel = |equal_scales| Panel {
             title: "a panel".into(),

@@ -1,7 +1,6 @@
 //! Stability maps as pictures.
 
-use cotouch_analysis::map::StabilityMap;
-use cotouch_analysis::sweep::Sweep;
+use cotouch_analysis::{StabilityMap, Sweep};
 
 use super::chart::{Panel, Region, Scale, Series, chart};
 

@@ -5,7 +5,7 @@
 //! coordinate is moved by ±h about rest, one pattern is run, and every coordinate is read again.
 
 use crate::support::{Probe, lifted, scene};
-use cotouch_analysis::lift::LiftedMap;
+use cotouch_analysis::LiftedMap;
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::scenes::edited;
 

@@ -6,12 +6,11 @@
 use std::sync::Arc;
 
 use crate::support::{assert_nothing_acted, visit};
+use cotouch_analysis::compile_unreduced;
 use cotouch_analysis::loop_spec::LoopSpec;
-use cotouch_analysis::soft::compile_unreduced;
 use cotouch_device::SimulatedUser;
 use cotouch_host::SlowFrame;
-use cotouch_runtime::slow::SlowPort;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{SlowPort, VirtualSession};
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::parse;
 use cotouch_scene::scene::Scene;
@@ -258,7 +257,7 @@ fn assert_agreement(scene: &Scene, label: &str) {
 }
 
 #[test]
-fn one_finger_on_the_papers_spring() {
+fn one_finger_on_a_spring() {
     for kind in local_model_kinds() {
         for returned in ["first", "mean", "last"] {
             for hold in ["zero", "first"] {

@@ -1,8 +1,7 @@
 //! Grasps in virtual time: whatever the box, the place and the architecture, the box ends where it was asked to be, stays
 //! there, and does so byte for byte again.
 
-use cotouch_runtime::summary::Summary;
-use cotouch_runtime::virtual_run;
+use cotouch_runtime::{Summary, virtual_run};
 use cotouch_scene::scene::{Action, Architecture, Finger, Scene};
 use cotouch_testkit::scenes::{built_in, edited};
 use glam::DVec3;

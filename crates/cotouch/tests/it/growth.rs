@@ -4,7 +4,7 @@
 //! what comes of it, and everything that moves is watched from one pattern of ticks and network steps to the next.
 
 use crate::support::{Probe, scene};
-use cotouch_analysis::stability;
+use cotouch_analysis::analyze;
 use cotouch_scene::scene::Scene;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -19,7 +19,7 @@ const FASTEST: f64 = 1.3;
 /// for a growth by nine orders to stay below every limit.
 const MOVE_M: f64 = 1e-12;
 /// Draws after which there must have been enough loops of either kind.
-const MOST_DRAWS: usize = 2000;
+const MAX_DRAWS: usize = 2000;
 
 struct Drawn {
     scene: Scene,
@@ -57,7 +57,7 @@ fn draw(random: &mut Pcg64Mcg, architecture: &str) -> Drawn {
     }
     let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
     let scene = scene(&settings);
-    let radius = stability::analyze(&scene).unwrap().spectral_radius;
+    let radius = analyze(&scene).unwrap().spectral_radius;
     Drawn { scene, radius, label: format!("{} with radius {radius}", settings.join(" ")) }
 }
 
@@ -110,7 +110,7 @@ fn assert_grows(Drawn { scene, radius, label }: &Drawn) {
 fn check(architecture: &str, seed: u64) {
     let mut random = Pcg64Mcg::seed_from_u64(seed);
     let (mut stable, mut unstable) = (0, 0);
-    for _ in 0..MOST_DRAWS {
+    for _ in 0..MAX_DRAWS {
         let drawn = draw(&mut random, architecture);
         if (drawn.radius - 1.0).abs() < NEAREST || drawn.radius > FASTEST {
             continue;

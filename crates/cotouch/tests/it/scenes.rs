@@ -1,9 +1,7 @@
 //! What the built-in scenes tell happens: each runs in virtual time to the end of its story, stable, and no governor acts
 //! once forces have faded in.
 
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::replay::replay;
-use cotouch_runtime::virtual_run;
+use cotouch_runtime::{RecordingReader, replay, virtual_run};
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::mesh::{Triangles, generators};
 use cotouch_scene::scene::Scene;
@@ -36,8 +34,7 @@ impl Run {
         let mut hosts = vec![Vec::new(); scene.users.len()];
         let every = (scene.rates.control_hz.hz() / 64.0).round() as u64;
         let mut ticks = vec![0_u64; scene.users.len()];
-        let observe = |host: cotouch_scene::names::HostIndex,
-                       record: &cotouch_runtime::record::TickRecord| {
+        let observe = |host: cotouch_scene::names::HostIndex, record: &cotouch_runtime::TickRecord| {
             let time_s = record.instant.as_secs_f64();
             let acted = time_s > FADED_IN_S && record.governor_acted.iter().any(|&bits| bits != 0);
             assert!(!acted, "{name}: a limit of {host:?} acted at {time_s} s");

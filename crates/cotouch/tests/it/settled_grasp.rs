@@ -5,11 +5,10 @@
 //! the running session, with contact states unchanged.
 
 use crate::support::Probe;
-use cotouch_analysis::compile::compile_at;
-use cotouch_analysis::operating_point::{FingerContact, OperatingPoint};
+use cotouch_analysis::{FingerContact, OperatingPoint, compile_at};
 use cotouch_host::ContactPoint;
 use cotouch_net::{Entry, StatePacket};
-use cotouch_runtime::record::TickRecord;
+use cotouch_runtime::TickRecord;
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene, VelocityEstimate};
 use cotouch_scene::{Override, load};

@@ -5,9 +5,7 @@
 //! `cargo test --release -p cotouch --test it soak -- --ignored --nocapture`
 
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::slow::SlowPort;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{SlowPort, TickRecord, VirtualSession};
 use cotouch_scene::scene::{Action, DeviceKind, Scene, Space};
 use cotouch_scene::{builtin, load};
 use glam::DVec3;
@@ -20,7 +18,7 @@ const WANDER_M: f64 = 0.03;
 const WANDER_ON_A_PANTOGRAPH_M: f64 = 0.015;
 
 /// Energy in the last quarter may be above that of any quarter before by this factor, on top of what hands bring.
-const MOST_GROWTH: f64 = 3.0;
+const MAX_GROWTH: f64 = 3.0;
 
 /// What a hand brings at any time (J), by a spring of 200 N/m that is stretched by 3 cm, to every copy.
 const OF_A_HAND_J: f64 = 0.09;
@@ -88,7 +86,7 @@ fn with_random_hands(scene: &Scene, seed: u64, seconds: f64) -> Scene {
 fn energy_j(scene: &Scene, session: &VirtualSession<SimulatedUser>) -> f64 {
     let masses: Vec<f64> =
         scene.world_bodies().iter().map(|body| if body.fixed { 0.0 } else { body.mass_kg }).collect();
-    let of_host = |host: &cotouch_runtime::virtual_time::VirtualHost<SimulatedUser>| {
+    let of_host = |host: &cotouch_runtime::VirtualHost<SimulatedUser>| {
         let bodies = masses.iter().zip(&host.station.state.host.bodies);
         let rigid: f64 = bodies.map(|(mass, body)| 0.5 * mass * body.twist.linear.length_squared()).sum();
         let soft =
@@ -128,7 +126,7 @@ fn soak(name: &str, seed: u64, seconds: f64) {
     println!("{name}: {seconds} s, mean energy {quarters:.4?} J");
     let hands: usize = scene.users.iter().map(|user| user.fingers.len()).sum();
     let brought_j = OF_A_HAND_J * (hands * scene.users.len()) as f64;
-    assert!(last < brought_j + MOST_GROWTH * before, "{name}: mean energy by quarters {quarters:?} J");
+    assert!(last < brought_j + MAX_GROWTH * before, "{name}: mean energy by quarters {quarters:?} J");
 }
 
 #[test]

@@ -3,7 +3,7 @@
 
 use cotouch_analysis::local_model::{HandStep, PiLocalModel, SimulationLoop};
 use cotouch_device::{Device, TrajectoryDevice};
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{ReturnedForce, SurfaceHold};

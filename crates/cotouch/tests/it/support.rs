@@ -1,11 +1,9 @@
 //! A virtual session whose state can be read and written by the names of its coordinates.
 
-use cotouch_analysis::lift::LiftedMap;
+use cotouch_analysis::LiftedMap;
 use cotouch_device::{Acted, SimulatedUser};
 use cotouch_net::{decode_state, encode_state};
-use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{Station, TickRecord, VirtualSession};
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::{Action, Scene};
 use cotouch_testkit::scenes::{built_in, edited};
@@ -27,7 +25,7 @@ pub(crate) fn scene(settings: &[&str]) -> Scene {
 
 /// The analysis's map of the scene's only contact mode.
 pub(crate) fn lifted(scene: &Scene) -> LiftedMap {
-    let modes = cotouch_analysis::compile::compile(scene);
+    let modes = cotouch_analysis::compile(scene);
     assert_eq!(modes.len(), 1, "a linear scene has one contact mode");
     modes[0].spec.lift().unwrap()
 }

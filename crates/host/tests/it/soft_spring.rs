@@ -53,7 +53,7 @@ fn hand(tick: usize) -> f64 {
 }
 
 #[test]
-fn ticks_are_the_papers_loop() {
+fn ticks_are_the_published_loop() {
     for (kind, kh, int) in [("p", 0.5, 0.0), ("p", 0.95, 0.0), ("pi", 0.5, 0.3), ("pi", 0.2, 0.05)] {
         for returned in ["first", "mean", "last"] {
             for hold in ["zero", "first"] {
@@ -70,8 +70,8 @@ fn ticks_are_the_papers_loop() {
                     let overrides: Vec<&str> = overrides.iter().map(String::as_str).collect();
                     let mut rig = Rig::new(&scene(SPRING, &overrides));
                     let first_hold = hold == "first";
-                    let paper = Loop { kh: kh * KO, int: int * KO, returned, first_hold, delay };
-                    let expected = paper.forces(20 * N, hand);
+                    let published = Loop { kh: kh * KO, int: int * KO, returned, first_hold, delay };
+                    let expected = published.forces(20 * N, hand);
                     let largest = expected.iter().fold(1.0_f64, |most, force| most.max(force.abs()));
                     for (tick, force) in expected.into_iter().enumerate() {
                         let found = rig.tick(DVec3::X * (hand(tick) - RADIUS_M));

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 /// What a run was, or is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Verdict {
+pub enum RunVerdict {
     /// Neither of the others.
     #[default]
     Quiet,
@@ -17,7 +17,7 @@ pub enum Verdict {
     Diverging,
 }
 
-impl Verdict {
+impl RunVerdict {
     /// In a word.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
@@ -81,9 +81,9 @@ pub struct Shaking {
 
 /// What goes on at a host now.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Now {
+pub struct LiveVerdict {
     /// Of the last second; `None` before there is one.
-    pub verdict: Option<Verdict>,
+    pub verdict: Option<RunVerdict>,
     /// The largest force above 8 Hz at a finger over the last eighth of a second, N rms.
     pub fast_force_n: f64,
 }
@@ -95,4 +95,19 @@ pub struct Rendered {
     pub force_n: DVec3,
     /// What the governor did.
     pub acted: Acted,
+}
+
+impl LiveVerdict {
+    /// Of several hosts: what goes on at the worst, and nothing before all can say that they are quiet.
+    #[must_use]
+    pub fn combine(hosts: impl Iterator<Item = Self>) -> Self {
+        let worse = |one: Self, other: Self| Self {
+            verdict: match (one.verdict, other.verdict) {
+                (Some(RunVerdict::Quiet) | None, None) | (None, Some(RunVerdict::Quiet)) => None,
+                (one, other) => one.max(other),
+            },
+            fast_force_n: one.fast_force_n.max(other.fast_force_n),
+        };
+        hosts.reduce(worse).unwrap_or_default()
+    }
 }

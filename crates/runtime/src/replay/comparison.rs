@@ -71,7 +71,7 @@ impl fmt::Display for Difference {
 /// The first number of a tick that differs, in the order of the tables of exported ticks; real numbers are compared bit for
 /// bit. `lateness_ns` and `compute_ns` are measurements and may differ.
 #[must_use]
-pub fn compare_tick(recorded: &TickRecord, replayed: &TickRecord) -> Option<Difference> {
+pub(crate) fn compare_tick(recorded: &TickRecord, replayed: &TickRecord) -> Option<Difference> {
     let (left, right) = (fields(recorded), fields(replayed));
     let pairs = left.iter().zip(&right);
     if let Some((a, b)) = pairs.clone().find(|(a, b)| a != b) {

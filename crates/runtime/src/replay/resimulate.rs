@@ -18,7 +18,7 @@ use super::comparison::{Comparison, Difference, TickDifference};
 use crate::change::HostChange;
 use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 use crate::recording::{RecordingError, RecordingReader};
-use crate::slow::{self, SlowPort};
+use crate::slow::{SlowPort, is_simulated_at, slow_simulation};
 use crate::station::{Punctuality, Station, StationState};
 
 /// What came of a replay.
@@ -72,7 +72,7 @@ pub fn replay<R: Read>(
 ) -> Result<Replayed, ReplayError> {
     let text = recording.header().scene_toml.clone();
     let scene = cotouch_scene::parse(&text, "the recorded scene", None, &[]).map_err(ReplayError::Scene)?;
-    let simulation = slow::simulation_of(&scene)?;
+    let simulation = slow_simulation(&scene)?;
     let mut hosts: BTreeMap<HostIndex, Resimulated> = BTreeMap::new();
     let mut comparison = Comparison::default();
     for item in recording.by_ref() {
@@ -110,7 +110,7 @@ struct Resimulated {
 impl Resimulated {
     fn new(scene: &Scene, host: HostIndex, simulation: Option<&SlowLoop>, limits: DeviceLimits) -> Self {
         let mut station = Station::new(scene, host, RecordedDevice::new(limits), None);
-        if let Some(simulation) = simulation.filter(|_| slow::is_simulated_at(scene, host)) {
+        if let Some(simulation) = simulation.filter(|_| is_simulated_at(scene, host)) {
             station = station.with_soft(SlowPort::replayed(scene, simulation.clone()));
         }
         Self { station, in_step: false, skipped: 0 }

@@ -7,16 +7,11 @@ use std::sync::{Arc, Mutex};
 
 use crate::sessions::{ARCHITECTURES, assert_replays, scene};
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::change::HostChange;
-use cotouch_runtime::exchange::RecordSink;
-use cotouch_runtime::observer::{self, Now, Verdict};
 use cotouch_runtime::real_time::realisable;
-use cotouch_runtime::record::{RecordItem, RecordKind};
-use cotouch_runtime::recorder::{Recorder, RecordingHeader};
-use cotouch_runtime::recording::{Recording, RecordingReader};
-use cotouch_runtime::replay::{ReplayError, replay};
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{
+    HostChange, LiveVerdict, RecordItem, RecordKind, RecordSink, Recorder, Recording, RecordingHeader,
+    RecordingReader, ReplayError, RunVerdict, Station, VirtualSession, replay,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 
@@ -50,8 +45,8 @@ fn run_to(session: &mut VirtualSession, seconds: f64) {
     assert!(session.run_to_tick((seconds * 1024.0) as u64, |_, _| {}));
 }
 
-fn now(session: &VirtualSession) -> Now {
-    observer::together(session.hosts().iter().map(|host| host.station.observer.now()))
+fn now(session: &VirtualSession) -> LiveVerdict {
+    LiveVerdict::combine(session.hosts().iter().map(|host| host.station.observer.now()))
 }
 
 pub(crate) fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {
@@ -151,7 +146,7 @@ fn it_shakes_past_the_boundary_and_settle_before_it() {
     run_to(&mut session, 0.9);
     assert_eq!(now(&session).verdict, None, "too early");
     run_to(&mut session, 4.0);
-    assert_eq!(now(&session).verdict, Some(Verdict::Quiet));
+    assert_eq!(now(&session).verdict, Some(RunVerdict::Quiet));
     let at_rest_n = now(&session).fast_force_n;
     change(&mut session, &unstable);
     run_to(&mut session, 6.0);
@@ -159,12 +154,12 @@ fn it_shakes_past_the_boundary_and_settle_before_it() {
     for quarter in 0..16 {
         run_to(&mut session, 6.0 + 0.25 * f64::from(quarter));
         let now = now(&session);
-        assert!(now.verdict > Some(Verdict::Quiet), "{now:?}");
+        assert!(now.verdict > Some(RunVerdict::Quiet), "{now:?}");
         assert!(now.fast_force_n > 30.0 * at_rest_n, "{now:?}");
     }
     change(&mut session, &stable);
     run_to(&mut session, 13.0);
-    assert_eq!(now(&session).verdict, Some(Verdict::Quiet));
+    assert_eq!(now(&session).verdict, Some(RunVerdict::Quiet));
     assert!(now(&session).fast_force_n < 0.02);
 }
 
@@ -176,7 +171,10 @@ fn users_who_touch_and_carry_do_not_shake() {
         for half_second in 1..=20 {
             run_to(&mut session, 0.5 * f64::from(half_second));
             let verdict = now(&session).verdict;
-            assert!(verdict <= Some(Verdict::Quiet), "{name} after {half_second} half seconds: {verdict:?}");
+            assert!(
+                verdict <= Some(RunVerdict::Quiet),
+                "{name} after {half_second} half seconds: {verdict:?}"
+            );
         }
     }
 }

@@ -6,9 +6,10 @@ use std::path::Path;
 use arrayvec::{ArrayString, ArrayVec};
 use cotouch_host::{ContactPoint, ContactRecord, ContactSurface};
 use cotouch_net::{Entry, StatePacket};
-use cotouch_runtime::FaultText;
-use cotouch_runtime::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
-use cotouch_runtime::recorder::{Recorder, RecordingHeader};
+use cotouch_runtime::{
+    DeviceRecord, FaultText, Note, RecordItem, RecordKind, Recorder, RecordingHeader, SurfaceRecord,
+    TickRecord,
+};
 use cotouch_scene::geometry::{Pose, Reading, Twist, Wrench};
 use cotouch_scene::limits::{MAX_CONTACTS, MAX_ENTRIES};
 use cotouch_scene::names::HostIndex;

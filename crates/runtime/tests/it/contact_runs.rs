@@ -5,11 +5,7 @@ use std::sync::Arc;
 
 use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays};
 use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, SimulatedUser, WorldView};
-use cotouch_runtime::record::{RecordKind, TickRecord};
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_run;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{RecordKind, Recording, Station, TickRecord, VirtualSession, virtual_run};
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -24,7 +20,7 @@ fn grasp(architecture: &str, more: &[&str]) -> Scene {
 }
 
 fn ticks_of(path: &Path, host: HostIndex) -> Vec<TickRecord> {
-    let tick = |item: cotouch_runtime::record::RecordItem| match item.kind {
+    let tick = |item: cotouch_runtime::RecordItem| match item.kind {
         RecordKind::Tick(record) if item.host == host => Some(record),
         _ => None,
     };

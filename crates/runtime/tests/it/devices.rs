@@ -8,11 +8,9 @@ use cotouch_device::{
     Device, DeviceError, DeviceLimits, DeviceOpenError, ForceSwitch, SimulatedUser, WorldView,
 };
 use cotouch_runtime::real_time::{realisable, run_local, run_local_with};
-use cotouch_runtime::record::{Note, RecordItem, RecordKind};
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::virtual_run;
-use cotouch_runtime::virtual_time::VirtualSession;
-use cotouch_runtime::{RealTimeOptions, StartError};
+use cotouch_runtime::{
+    Note, RealTimeOptions, RecordItem, RecordKind, Recording, StartError, VirtualSession, virtual_run,
+};
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use glam::DVec3;

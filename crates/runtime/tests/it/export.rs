@@ -1,9 +1,7 @@
 //! The CSV table holds exactly what was recorded.
 
 use crate::common::{record, session, tick_record};
-use cotouch_runtime::export::{ExportError, export_csv};
-use cotouch_runtime::record::{RecordItem, RecordKind, TickRecord};
-use cotouch_runtime::recording::RecordingReader;
+use cotouch_runtime::{ExportError, RecordItem, RecordKind, RecordingReader, TickRecord, export_csv};
 use cotouch_scene::names::HostIndex;
 
 fn table(items: &[RecordItem], host: Option<HostIndex>) -> (csv::StringRecord, Vec<csv::StringRecord>) {

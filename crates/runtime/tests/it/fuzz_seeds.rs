@@ -9,9 +9,7 @@ use cotouch_net::{
     Control, Entry, Join, MAX_DATAGRAM, PeerId, ProbeConfig, Prober, Roster, StatePacket, Text,
     decode_control, decode_state, encode_control, encode_state, reflect_probe,
 };
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::replay::replay;
-use cotouch_runtime::virtual_run;
+use cotouch_runtime::{RecordingReader, replay, virtual_run};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;

@@ -4,12 +4,11 @@ use std::net::{SocketAddr, UdpSocket};
 
 use crate::sessions::{self, assert_adds_up, assert_replays, scene, until};
 use cotouch_device::Targets;
-use cotouch_runtime::live::LiveSession;
 use cotouch_runtime::real_time::{join, realisable, run_local, serve};
-use cotouch_runtime::record::{RecordItem, RecordKind};
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::snapshot::{FingerSnapshot, HostSnapshot};
-use cotouch_runtime::{HeldBy, PointerHandle, RealTimeOptions, TakeError};
+use cotouch_runtime::{
+    FingerSnapshot, HeldBy, HostSnapshot, LiveSession, PointerHandle, RealTimeOptions, RecordItem,
+    RecordKind, Recording, TakeError,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::scenes::edited;

@@ -5,13 +5,11 @@ use std::thread;
 use std::time::Duration;
 
 use crate::sessions::{assert_adds_up, assert_replays, scene, until};
-use cotouch_runtime::live::{ChangeError, Changed, LiveSession, numbered};
-use cotouch_runtime::observer::Verdict;
 use cotouch_runtime::real_time::{realisable, run_local, serve};
-use cotouch_runtime::record::RecordKind;
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::summary::Summary;
-use cotouch_runtime::{HeldBy, RealTimeOptions};
+use cotouch_runtime::{
+    ChangeError, Changed, HeldBy, LiveSession, RealTimeOptions, RecordKind, Recording, RunVerdict, Summary,
+    numbered_path,
+};
 use cotouch_scene::scene::{Impairment, Scene};
 
 fn real_scene(settings: &[&str]) -> Scene {
@@ -62,7 +60,7 @@ fn what_forces_are_made_of_changes_while_running_and_replays() {
     stop(session);
     assert_replays(&path);
     let changes = |item: &&_| {
-        let item: &&cotouch_runtime::record::RecordItem = item;
+        let item: &&cotouch_runtime::RecordItem = item;
         matches!(&item.kind, RecordKind::Changed(text) if text.contains("100"))
     };
     assert_eq!(Recording::open(&path).unwrap().items.iter().filter(changes).count(), 2);
@@ -103,10 +101,10 @@ fn any_other_change_begins_the_next_session_with_a_recording_of_its_own() {
     let summary = stop(session);
     let recordings: Vec<_> =
         summary.earlier.iter().map(|session| session.recording.clone().unwrap()).collect();
-    let of = |generation| numbered(&path, generation).display().to_string();
+    let of = |generation| numbered_path(&path, generation).display().to_string();
     assert_eq!((recordings, summary.recording), (vec![of(1), of(2)], Some(of(3))));
     for generation in 1..=3 {
-        let replayed = assert_replays(&numbered(&path, generation));
+        let replayed = assert_replays(&numbered_path(&path, generation));
         assert!(!replayed.ended_abruptly);
     }
     assert!(folder.path().join("live-3.mcap").exists());
@@ -161,13 +159,13 @@ fn past_the_boundary_it_shakes_and_before_it_settles() {
     };
     let session = live(&stiff(300), None);
     let now = |session: &LiveSession| session.snapshot().0.now;
-    let is_quiet = |session: &LiveSession| now(session).verdict == Some(Verdict::Quiet);
+    let is_quiet = |session: &LiveSession| now(session).verdict == Some(RunVerdict::Quiet);
     wait_until(&session, is_quiet);
     let calm_n = now(&session).fast_force_n;
     assert_eq!(session.change(stiff(2500)).unwrap(), Changed::WhileRunning);
     wait_until(&session, |session| {
         let now = now(session);
-        now.verdict > Some(Verdict::Quiet) && now.fast_force_n > 10.0 * calm_n
+        now.verdict > Some(RunVerdict::Quiet) && now.fast_force_n > 10.0 * calm_n
     });
     session.change(stiff(300)).unwrap();
     wait_until(&session, is_quiet);
@@ -230,7 +228,7 @@ fn predictions_are_for_what_a_real_network_can_play() {
 
 #[test]
 fn recordings_are_numbered_from_the_second_on() {
-    let name = |generation| numbered(Path::new("a/b.c.mcap"), generation).display().to_string();
+    let name = |generation| numbered_path(Path::new("a/b.c.mcap"), generation).display().to_string();
     assert_eq!([name(1), name(2), name(10)], ["a/b.c.mcap", "a/b.c-2.mcap", "a/b.c-10.mcap"]);
-    assert_eq!(numbered(Path::new("b"), 2), Path::new("b-2"));
+    assert_eq!(numbered_path(Path::new("b"), 2), Path::new("b-2"));
 }

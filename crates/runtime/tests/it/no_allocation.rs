@@ -4,15 +4,11 @@ use crate::common::session;
 use arrayvec::ArrayVec;
 use cotouch_device::SimulatedUser;
 use cotouch_net::StatePacket;
-use cotouch_runtime::change::HostChange;
-use cotouch_runtime::exchange::{DEFAULT_CAPACITY, RecordConsumer, RecordSink, record_ring};
-use cotouch_runtime::joining;
-use cotouch_runtime::network_threads::NetworkThreads;
-use cotouch_runtime::observer;
-use cotouch_runtime::record::{RecordItem, RecordKind};
-use cotouch_runtime::station::{Punctuality, Station};
 use cotouch_runtime::transport::{self, Impaired};
-use cotouch_runtime::{slow, slow_thread};
+use cotouch_runtime::{
+    HostChange, LiveVerdict, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer, RecordItem,
+    RecordKind, RecordSink, Station, full_session_endpoint, record_ring, slow_simulation, start_slow_thread,
+};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -67,7 +63,7 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
                 _ => {}
             }
             instant(&mut stations, tick);
-            std::hint::black_box(observer::together(stations.iter().map(|station| station.observer.now())));
+            std::hint::black_box(LiveVerdict::combine(stations.iter().map(|station| station.observer.now())));
             std::hint::black_box(stations.iter().map(|station| station.observer.verdict()).max());
         });
         assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
@@ -81,10 +77,10 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
 fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
     let settings = ["soft.mesh.cells=[4, 2, 2]", "governor.passivity_control=true"];
     let scene = built_in("soft-block", &settings);
-    let simulation = slow::simulation_of(&scene).unwrap().unwrap();
+    let simulation = slow_simulation(&scene).unwrap().unwrap();
     let (stations, mut consumers) = recorded_stations(&scene);
     let with_soft = |station: Station<SimulatedUser>| {
-        let (port, thread) = slow_thread::start(&scene, station.model.host, simulation.clone()).unwrap();
+        let (port, thread) = start_slow_thread(&scene, station.model.host, simulation.clone()).unwrap();
         (station.with_soft(port), thread)
     };
     let (mut stations, threads): (Vec<_>, Vec<_>) = stations.into_iter().map(with_soft).unzip();
@@ -109,7 +105,7 @@ fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
 
 fn recorded_stations(scene: &Scene) -> (Vec<Station<SimulatedUser>>, Vec<RecordConsumer>) {
     let station = |host| {
-        let (producer, consumer) = record_ring(host, DEFAULT_CAPACITY);
+        let (producer, consumer) = record_ring(host, RECORD_RING_BYTES);
         let hand = SimulatedUser::new(scene, host).unwrap();
         (Station::new(scene, host, hand, Some(Box::new(producer))), consumer)
     };
@@ -170,7 +166,7 @@ fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let scene = load("single-axis", &[]).unwrap();
     let end = transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap();
     let route = end.route().unwrap();
-    let endpoint = joining::endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
+    let endpoint = full_session_endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
     let (_threads, mut port) = NetworkThreads::start(Impaired::new(end), endpoint, "test").unwrap();
     let packet = StatePacket::default();
     let counted = allocations(|| {

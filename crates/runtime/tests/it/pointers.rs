@@ -3,11 +3,8 @@
 use std::sync::{Arc, Mutex};
 
 use cotouch_device::{Guide, GuidedUser, Targets};
-use cotouch_runtime::observer::Verdict;
 use cotouch_runtime::real_time::realisable;
-use cotouch_runtime::record::TickRecord;
-use cotouch_runtime::station::Station;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{RunVerdict, Station, TickRecord, VirtualSession};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -89,7 +86,7 @@ impl Session {
     }
 
     /// Of the run so far, at the worst host.
-    fn verdict(&self) -> Verdict {
+    fn verdict(&self) -> RunVerdict {
         let stations = self.virtual_session.hosts().iter().map(|host| &host.station);
         stations.map(|station| station.observer.verdict()).max().unwrap_or_default()
     }
@@ -121,9 +118,9 @@ fn scenes_are_as_stable_with_pointers_as_without() {
         session.run(2.0);
         session.swing(3.0, DVec3::new(0.02, 0.01, 0.0));
         session.swing(3.0, DVec3::ZERO);
-        assert_eq!(session.verdict(), Verdict::Quiet, "{name}, held");
+        assert_eq!(session.verdict(), RunVerdict::Quiet, "{name}, held");
         session.leave();
         session.run(3.0);
-        assert_eq!(session.verdict(), Verdict::Quiet, "{name}, let go of");
+        assert_eq!(session.verdict(), RunVerdict::Quiet, "{name}, let go of");
     }
 }

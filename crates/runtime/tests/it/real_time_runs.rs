@@ -11,11 +11,8 @@ use std::time::Duration;
 
 use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene, until};
 use cotouch_device::{Device, DeviceError, DeviceLimits, ForceSwitch, SimulatedUser, WorldView};
-use cotouch_runtime::RealTimeOptions;
 use cotouch_runtime::real_time::{join, realisable, run_local, run_local_with, serve};
-use cotouch_runtime::record::{Note, RecordItem, RecordKind, TickRecord};
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::session_handle::SessionHandle;
+use cotouch_runtime::{Note, RealTimeOptions, RecordItem, RecordKind, Recording, SessionHandle, TickRecord};
 use cotouch_scene::geometry::{Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
@@ -197,6 +194,7 @@ impl Device for Dozing {
     fn read(&mut self, tick: u64) -> Result<Readings, DeviceError> {
         self.reads += 1;
         if self.reads.is_multiple_of(150) {
+            // A device that hangs for twenty ticks makes its loop late.
             thread::sleep(Duration::from_millis(20));
         }
         self.hand.read(tick)

@@ -4,10 +4,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use crate::common::{any_item, bytes, header, record, session};
-use cotouch_runtime::exchange::{RecordSink, record_ring};
-use cotouch_runtime::record::{Note, RecordItem, RecordKind};
-use cotouch_runtime::recorder::{LONGEST_MESSAGE, RecordError, Recorder};
-use cotouch_runtime::recording::{Recording, RecordingError, RecordingReader};
+use cotouch_runtime::{
+    MAX_MESSAGE_BYTES, Note, RecordError, RecordItem, RecordKind, RecordSink, Recorder, Recording,
+    RecordingError, RecordingReader, record_ring,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 use proptest::prelude::*;
@@ -200,7 +200,7 @@ fn what_cannot_be_written_is_said_in_words() {
 
     let folder = tempfile::tempdir().unwrap();
     let mut recorder = Recorder::create(&folder.path().join("x.mcap"), &header()).unwrap();
-    let kind = RecordKind::State(vec![0; LONGEST_MESSAGE + 1]);
+    let kind = RecordKind::State(vec![0; MAX_MESSAGE_BYTES + 1]);
     recorder.record(&RecordItem { host: HostIndex(0), tick: 9, kind });
     let error = recorder.finish(BTreeMap::new()).unwrap_err();
     assert!(matches!(error, RecordError::TooLong { tick: 9, .. }));

@@ -4,10 +4,7 @@ use std::path::Path;
 use std::thread;
 use std::time::Duration;
 
-use cotouch_runtime::clock;
-use cotouch_runtime::recording::RecordingReader;
-use cotouch_runtime::replay::{Replayed, replay};
-use cotouch_runtime::summary::Summary;
+use cotouch_runtime::{RecordingReader, Replayed, Summary, clock, replay};
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::built_in;
 

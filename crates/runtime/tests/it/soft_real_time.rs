@@ -4,11 +4,8 @@ use std::net::SocketAddr;
 use std::path::Path;
 
 use crate::sessions::{assert_adds_up, assert_replays, until};
-use cotouch_runtime::RealTimeOptions;
 use cotouch_runtime::real_time::{join, realisable, run_local, serve};
-use cotouch_runtime::record::RecordKind;
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::session_handle::SessionHandle;
+use cotouch_runtime::{RealTimeOptions, RecordKind, Recording, SessionHandle};
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::built_in;
 

@@ -5,13 +5,9 @@ use std::sync::Arc;
 
 use crate::sessions::assert_replays;
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::change::{self, HostChange};
-use cotouch_runtime::record::{RecordKind, SurfaceRecord};
-use cotouch_runtime::recorder::RecordingHeader;
-use cotouch_runtime::recording::Recording;
-use cotouch_runtime::summary::Summary;
-use cotouch_runtime::virtual_run;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::{
+    HostChange, RecordKind, Recording, RecordingHeader, Summary, SurfaceRecord, VirtualSession, virtual_run,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::scenes::{built_in, edited};
@@ -175,7 +171,7 @@ fn kind_and_gains_of_the_local_model_change_between_two_ticks_and_the_technique_
         "local_model.friction=0.2",
         "governor.passivity_control=true",
     ] {
-        assert!(change::is_possible(&scene, &block(&[possible])), "{possible}");
+        assert!(HostChange::is_possible(&scene, &block(&[possible])), "{possible}");
     }
     for impossible in [
         "soft.young_pa=30e3",
@@ -184,7 +180,7 @@ fn kind_and_gains_of_the_local_model_change_between_two_ticks_and_the_technique_
         "local_model.returned_force=\"last\"",
         "local_model.result_delay_periods=2",
     ] {
-        assert!(!change::is_possible(&scene, &block(&[impossible])), "{impossible}");
+        assert!(!HostChange::is_possible(&scene, &block(&[impossible])), "{impossible}");
     }
 }
 
@@ -194,7 +190,7 @@ fn a_session_whose_local_model_changes_replays() {
     let to = block(&["local_model.kind=\"pi\"", "local_model.stiffness_ratio=0.3"]);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("changed.mcap");
-    let recorder = cotouch_runtime::recorder::Recorder::create(&path, &header(&scene)).unwrap();
+    let recorder = cotouch_runtime::Recorder::create(&path, &header(&scene)).unwrap();
     let recorder = Arc::new(std::sync::Mutex::new(recorder));
     let hand = |host| {
         let sink = Shared(Arc::clone(&recorder));
@@ -215,10 +211,10 @@ fn a_session_whose_local_model_changes_replays() {
     assert_eq!((replayed.comparison.ticks, replayed.skipped), (2 * 3300, 0));
 }
 
-struct Shared(Arc<std::sync::Mutex<cotouch_runtime::recorder::Recorder>>);
+struct Shared(Arc<std::sync::Mutex<cotouch_runtime::Recorder>>);
 
-impl cotouch_runtime::exchange::RecordSink for Shared {
-    fn record(&mut self, item: &cotouch_runtime::record::RecordItem) {
+impl cotouch_runtime::RecordSink for Shared {
+    fn record(&mut self, item: &cotouch_runtime::RecordItem) {
         self.0.lock().unwrap().record(item);
     }
 }

@@ -4,10 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use crate::sessions::{ARCHITECTURES, assert_adds_up, assert_replays, scene};
-use cotouch_runtime::recording::{Recording, RecordingReader};
-use cotouch_runtime::replay::{Replayed, replay};
-use cotouch_runtime::summary::Summary;
 use cotouch_runtime::virtual_run::{self, VirtualRunError};
+use cotouch_runtime::{Recording, RecordingReader, Replayed, Summary, replay};
 use cotouch_scene::scene::{Scene, Space};
 
 /// Everything that a link can do to packets.

@@ -7,7 +7,7 @@ use glam::DVec3;
 use super::conflict::{Conflict, conflict};
 use crate::limits::{MAX_BODIES, MAX_ENTRIES};
 use crate::mesh::MeshError;
-use crate::scene::{DeviceKind, SceneValues, Shape, ShapeKind, Space};
+use crate::scene::{Architecture, DeviceKind, SceneValues, Shape, ShapeKind, Space};
 use crate::value::{Value, plain};
 
 pub(super) fn bodies(scene: &SceneValues, found: &mut Vec<Conflict>) {
@@ -80,14 +80,23 @@ fn count(scene: &SceneValues) -> Option<Conflict> {
         return Some(conflict(&["body"], found, format!("a list of at most {MAX_BODIES} tables")));
     }
     let moving = if bodies == 0 { 1 } else { scene.bodies.iter().filter(|body| !body.fixed).count() };
-    let most = MAX_ENTRIES - moving;
+    let sends = scene.session.architecture == Architecture::Distributed && scene.session.coordination.sends();
+    let most = room_for_fingers(scene.session.users, moving, sends);
     let (index, user) = scene.users.iter().enumerate().find(|(_, user)| user.fingers.len() > most)?;
     let key = format!("user.{}.finger", index + 1);
     let found = format!("a list of {}", user.fingers.len());
+    let told = if sends { ", and what coordination tells each peer of each body," } else { "" };
     let allowed = format!(
-        "a list of at most {most} tables: fingers and bodies that are not fixed ({moving}) are at most {MAX_ENTRIES}"
+        "a list of at most {most} tables: fingers and bodies that are not fixed ({moving}){told} are at most {MAX_ENTRIES}"
     );
     Some(conflict(&[&key, "body"], found, allowed))
+}
+
+/// How many fingers fit into a state packet beside the bodies that move and what a scheme that sends tells every peer of
+/// each of these.
+fn room_for_fingers(users: u8, moving: usize, sends: bool) -> usize {
+    let told = if sends { moving * usize::from(users).saturating_sub(1) } else { 0 };
+    MAX_ENTRIES.saturating_sub(moving + told)
 }
 
 fn friction(scene: &SceneValues, found: &mut Vec<Conflict>) {
@@ -101,5 +110,17 @@ fn friction(scene: &SceneValues, found: &mut Vec<Conflict>) {
             let allowed = format!("at most {} ({})", keys[1], plain(sticking));
             found.push(conflict(&[&keys[0], &keys[1]], plain(sliding), allowed));
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_coordination_tells_peers_takes_room_in_packets() {
+        assert_eq!(room_for_fingers(4, 2, false), MAX_ENTRIES - 2);
+        assert_eq!(room_for_fingers(4, 2, true), MAX_ENTRIES - 2 - 2 * 3);
+        assert_eq!(room_for_fingers(16, 1, true), 0);
     }
 }

@@ -1,7 +1,7 @@
 //! What a soft object demands of the rest of a scene.
 
 use super::conflict::{Conflict, conflict};
-use crate::limits::MAX_USERS;
+use crate::limits::{MAX_SOFT_CONTACTS, MAX_USERS};
 use crate::scene::{SceneValues, ShapeKind, Soft, SoftMeshKind, SoftModel};
 use crate::soft_mesh::{MAX_ELEMENTS, SoftMeshError};
 use crate::time::Schedule;
@@ -21,6 +21,7 @@ pub(super) fn soft(scene: &SceneValues, found: &mut Vec<Conflict>) {
         return;
     }
     found.extend(simulation_rate(scene));
+    found.extend(fingers(scene));
     other_bodies(scene, found);
     mesh_source(&scene.soft, found);
     technique(&scene.soft, found);
@@ -41,6 +42,23 @@ fn simulation_rate(scene: &SceneValues) -> Option<Conflict> {
         );
         conflict(&["rates.simulation_hz", "rates.control_hz"], format!("{simulation} Hz"), allowed)
     })
+}
+
+/// As many fingers touch a soft object as contacts are solved together.
+fn fingers(scene: &SceneValues) -> Option<Conflict> {
+    let mut left = MAX_SOFT_CONTACTS;
+    for (index, user) in scene.users.iter().enumerate() {
+        let count = user.fingers.len();
+        if count > left {
+            let (key, found) = (format!("user.{}.finger", index + 1), format!("a list of {count}"));
+            let allowed = format!(
+                "so short that all users have at most {MAX_SOFT_CONTACTS} fingers together, because there is a soft object"
+            );
+            return Some(conflict(&[&key, "soft.model"], found, allowed));
+        }
+        left -= count;
+    }
+    None
 }
 
 /// A soft object is the only body.

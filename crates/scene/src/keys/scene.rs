@@ -8,7 +8,7 @@ use crate::scene::{
     Architecture, Coordination, DeviceKind, Integrator, LocalModelKind, PlayOut, ReturnedForce, SceneValues,
     SoftMeshKind, SoftModel, Space, StiffnessFrom, SurfaceHold, VelocityEstimate, WallSides,
 };
-use crate::value::{Choice, Value};
+use crate::value::Value;
 
 const fn number(min: f64, max: f64) -> Kind {
     Kind::Number { min, max }
@@ -144,7 +144,7 @@ pub(crate) static SCENE: &[Key<SceneValues>] = &[
     Key::new("wall.stiffness_n_per_m", WALL_STIFFNESS, Is("0"), "N/m", "k_w, across the wall: what bodies meet; with damping 0 too there is none.", at!(wall.stiffness_n_per_m)),
     Key::new("wall.damping_n_s_per_m", DAMPING, Is("0"), "N·s/m", "b_w.", at!(wall.damping_n_s_per_m)),
     Key::new("wall.position_m", number(-10.0, 10.0), Is("0"), "m", "Where on the x axis the wall is, when there is no [[wall.plane]].", at!(wall.position_m)),
-    Key::new("wall.sides", Kind::Choice(WallSides::WORDS), Is("two"), "", "Two: the object is always coupled to the wall, as in the thesis; one: the wall pushes towards -x and never pulls. Walls never pull at bodies with a shape.", at!(wall.sides)),
+    Key::new("wall.sides", Kind::Choice(WallSides::WORDS), Is("two"), "", "Two: the object is always coupled to the wall; one: the wall pushes towards -x and never pulls. Walls never pull at bodies with a shape.", at!(wall.sides)),
     Key::new("wall.tangential_stiffness_n_per_m", WALL_STIFFNESS, as_in!("wall.stiffness_n_per_m", wall.stiffness_n_per_m), "N/m", "k_Tw: along the wall, for bodies with a shape.", at!(wall.tangential_stiffness_n_per_m)),
     Key::new("wall.tangential_damping_n_s_per_m", DAMPING, as_in!("wall.damping_n_s_per_m", wall.damping_n_s_per_m), "N·s/m", "b_Tw: along the wall, for bodies with a shape.", at!(wall.tangential_damping_n_s_per_m)),
     Key::new("wall.static_friction", FRICTION, Is("0.6"), "", "mu_s between bodies and walls, and between bodies.", at!(wall.static_friction)),

@@ -3,7 +3,7 @@
 /// `shape`.
 macro_rules! kind {
     ($name:literal, $($field:ident).+) => {
-        Key::new($name, Kind::Choice(<crate::scene::ShapeKind as crate::value::Choice>::WORDS), Is("point"), "", "Point: no surface, every finger is coupled to the centre; the others are touched from outside.", at!($($field).+))
+        Key::new($name, Kind::Choice(crate::scene::ShapeKind::WORDS), Is("point"), "", "Point: no surface, every finger is coupled to the centre; the others are touched from outside.", at!($($field).+))
     };
 }
 /// `size_m`.

@@ -1,7 +1,6 @@
-//! Meshes that need no file: for tests and benches.
+//! Meshes that need no file.
 
 use std::collections::HashMap;
-use std::f64::consts::TAU;
 
 use glam::DVec3;
 
@@ -60,6 +59,7 @@ fn faces_of_icosahedron(vertices: &[DVec3]) -> Vec<[u32; 3]> {
 }
 
 /// A box's surface about the origin: 12 triangles.
+#[cfg(feature = "testing")]
 #[must_use]
 pub fn cuboid(size_m: DVec3) -> Triangles {
     let corner = |bits: u32| {
@@ -76,8 +76,11 @@ pub fn cuboid(size_m: DVec3) -> Triangles {
 ///
 /// `ring_radius_m` is from the axis to the middle of the tube, of `tube_radius_m`; `around` steps along the ring and
 /// `across` around the tube, each 3 or more.
+#[cfg(feature = "testing")]
 #[must_use]
 pub fn torus(ring_radius_m: f64, tube_radius_m: f64, around: u32, across: u32) -> Triangles {
+    use std::f64::consts::TAU;
+
     let vertex = |along: u32, about: u32| {
         let (u, v) = (TAU * f64::from(along) / f64::from(around), TAU * f64::from(about) / f64::from(across));
         let from_axis = ring_radius_m + tube_radius_m * v.cos();

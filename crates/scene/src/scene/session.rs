@@ -46,6 +46,17 @@ pub enum Coordination {
     Average,
 }
 
+impl Coordination {
+    /// Whether the scheme adds vectors to samples: in a state packet that is an entry for every peer and every body that
+    /// moves. `cotouch_world::coordination` has the schemes, and a test there holds them to this.
+    #[must_use]
+    pub const fn sends(self) -> bool {
+        match self {
+            Self::Pairwise | Self::Average => false,
+        }
+    }
+}
+
 choice!(Coordination { "pairwise" => Pairwise, "average" => Average });
 
 /// How a body of mass m is advanced by T under a held force f.

@@ -1,4 +1,7 @@
 //! Tetrahedra from files: Gmsh MSH (2.2 and 4.1, text and binary), VTK (legacy, text and binary) and VTU.
+//!
+//! The readers are our own because no kept crate reads all of it (November 2026): mshio reads MSH 4.1 only, and the
+//! vtkio that reads today's VTU is a release candidate.
 
 mod cells;
 mod msh;

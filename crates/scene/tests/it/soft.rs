@@ -56,6 +56,17 @@ fn euler(mesh: &SoftMesh) -> i64 {
 }
 
 #[test]
+fn more_fingers_than_contacts_are_solved_together_are_refused() {
+    let fingers = "[[user]]\nfinger = [{}, {}, {}, {}]\n".repeat(4);
+    assert!(read_with(&format!("{BLOCK}\n{fingers}"), &[]).is_ok());
+    let message = told(&format!("{BLOCK}\n{fingers}[[user]]\n"), &[]);
+    assert!(
+        message.contains("user.5.finger") && message.contains("at most 16 fingers together"),
+        "{message}"
+    );
+}
+
+#[test]
 fn a_block_is_cut_as_the_contract_says() {
     let scene = read(BLOCK);
     let mesh = scene.soft.mesh();

@@ -33,7 +33,7 @@ impl Corotational {
     /// The scene's tetrahedra at rest.
     ///
     /// # Errors
-    /// When the mesh has none or bad ones, or when a quasi-static body is not held.
+    /// When the mesh has none or bad ones.
     pub fn from_scene(scene: &Scene) -> Result<Self, SoftError> {
         let period_s = scene.rates.simulation_hz.period_s();
         Self::new(scene.soft.mesh(), &scene.soft, scene.gravity_m_per_s2, period_s)
@@ -42,7 +42,7 @@ impl Corotational {
     /// The body of a mesh, at rest; mesh and fixed regions of `soft` as far as they go.
     ///
     /// # Errors
-    /// When the mesh has no tetrahedra or bad ones, or when a quasi-static body is not held.
+    /// When the mesh has no tetrahedra or bad ones.
     pub fn new(
         mesh: &SoftMesh,
         soft: &Soft,
@@ -50,9 +50,6 @@ impl Corotational {
         period_s: f64,
     ) -> Result<Self, SoftError> {
         let constants = Arc::new(TetrahedraConstants::new(mesh, soft, gravity_m_per_s2, period_s)?);
-        if let (true, Err(why)) = (soft.quasi_static, &constants.at_rest) {
-            return Err(SoftError::NotHeld(format!("{why}; without inertia nothing else holds it")));
-        }
         let positions_m = constants.rest_m.clone();
         let velocities_m_per_s = vec![DVec3::ZERO; positions_m.len()];
         let present = Evaluation::new(&constants.elements, &positions_m);

@@ -11,7 +11,7 @@ use super::evaluation::{Elements, Evaluation};
 use crate::body::SoftError;
 use crate::factor::{BlockMatrix, Factor, FactorOf, Symbolic};
 use crate::forces::external_forces;
-use crate::mesh::{edges, fixed_nodes, node_volumes, not_held};
+use crate::mesh::{edges, node_volumes};
 use crate::point::PointForce;
 
 /// What does not change.
@@ -35,8 +35,8 @@ pub(super) struct TetrahedraConstants {
     pub(super) size_m: f64,
     /// μ times the volume, J.
     pub(super) energy_scale_j: f64,
-    /// Of the stiffness at rest; or why there is none.
-    pub(super) at_rest: Result<Factor, String>,
+    /// Of the stiffness at rest; none where a part can move without being deformed.
+    pub(super) at_rest: Option<Factor>,
 }
 
 impl TetrahedraConstants {
@@ -47,7 +47,7 @@ impl TetrahedraConstants {
         period_s: f64,
     ) -> Result<Self, SoftError> {
         let rest_m = mesh.nodes_m.clone();
-        let fixed = fixed_nodes(mesh, &soft.fixed);
+        let fixed = mesh.fixed_nodes(&soft.fixed);
         let joined: Vec<[u32; 2]> = mesh.tetrahedra.iter().flat_map(edges).collect();
         let symbolic = Arc::new(Symbolic::new(&rest_m, &fixed, &joined));
         let list = elements(mesh, &symbolic)?;
@@ -72,7 +72,7 @@ impl TetrahedraConstants {
             free_mass_kg,
             size_m: extent(&rest_m),
             energy_scale_j: material.mu_pa * volumes.iter().sum::<f64>(),
-            at_rest: not_held(&rest_m, &fixed).map_or(Ok(Factor::new(symbolic.clone())), Err),
+            at_rest: Some(Factor::new(symbolic.clone())),
             symbolic,
             rest_m,
         };
@@ -83,19 +83,15 @@ impl TetrahedraConstants {
     /// Room for a factor of few digits, which shares what it can with the one at rest.
     pub(super) fn rough_factor(&self) -> FactorOf<f32> {
         match &self.at_rest {
-            Ok(factor) => FactorOf::like(factor),
-            Err(_) => FactorOf::new(self.symbolic.clone()),
+            Some(factor) => FactorOf::like(factor),
+            None => FactorOf::new(self.symbolic.clone()),
         }
     }
 
     fn factorise_at_rest(&mut self) {
         let mut stiffness = BlockMatrix::new(self.symbolic.clone());
         self.assemble(&Evaluation::new(&self.elements, &self.rest_m), Tangent::Exact, &mut stiffness);
-        if let Ok(factor) = &mut self.at_rest
-            && factor.refactor(&stiffness).is_err()
-        {
-            self.at_rest = Err("a part of it can move without being deformed".into());
-        }
+        self.at_rest.take_if(|factor| factor.refactor(&stiffness).is_err());
     }
 
     pub(super) fn assemble(&self, evaluation: &Evaluation, kind: Tangent, matrix: &mut BlockMatrix) {

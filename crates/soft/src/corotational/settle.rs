@@ -25,9 +25,6 @@ const MAX_HALVINGS: u32 = 40;
 impl Corotational {
     /// Moves to the static equilibrium under the forces.
     pub(super) fn find_equilibrium(&mut self, forces: &[PointForce]) -> Result<(), SoftError> {
-        if let Err(why) = &self.constants.at_rest {
-            return Err(SoftError::NotHeld(why.clone()));
-        }
         let before = self.state.clone();
         let external = self.constants.external_forces(forces);
         let found = self.descend(&external, MAX_STEPS);

@@ -16,6 +16,4 @@ pub(crate) struct Parts<E> {
     pub(crate) fixed: Vec<bool>,
     /// Pairs of nodes that act on each other.
     pub(crate) pairs: Vec<[u32; 2]>,
-    /// Why the body can move without deforming, if it can.
-    pub(crate) not_held: Option<String>,
 }

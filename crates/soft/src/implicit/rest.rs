@@ -14,15 +14,13 @@ use crate::linear::LinearBody;
 impl<E: Elastic> ImplicitConstants<E> {
     /// `None` if the body can move without deforming.
     pub(super) fn rest_compliance(&self, mut factor: Factor) -> Option<RestCompliance> {
-        let Parts { rest_m, enclosed, not_held, .. } = &self.parts;
+        let Parts { rest_m, enclosed, .. } = &self.parts;
         let start =
             SoftState { positions_m: rest_m.clone(), velocities_m_per_s: vec![DVec3::ZERO; rest_m.len()] };
         let potential = Potential::equilibrium(&start, vec![DVec3::ZERO; rest_m.len()]);
         let mut matrix = BlockMatrix::new(self.symbolic.clone());
         self.fill(&mut matrix, &potential, rest_m, false);
-        if not_held.is_some() || factor.refactor(&matrix).is_err() {
-            return None;
-        }
+        factor.refactor(&matrix).ok()?;
         let volume = enclosed.as_ref().map(|enclosed| self.volume_gradient(enclosed, rest_m, &factor));
         Some(RestCompliance { factor, volume })
     }

@@ -1,8 +1,8 @@
 //! A skin around a fluid that keeps its volume.
 
-use crate::common::{self, at_node, central_differences, exact_step, fix, scene, shaken, sphere};
+use crate::common::{at_node, central_differences, exact_step, fix, scene, shaken, sphere};
 use cotouch_scene::scene::{Scene, SoftModel};
-use cotouch_soft::{PointForce, SoftBody, SoftError, SoftState, soft_body};
+use cotouch_soft::{PointForce, SoftBody, SoftState, soft_body};
 use glam::DVec3;
 
 const RADIUS: f64 = 0.05;
@@ -213,18 +213,4 @@ fn its_skin_at_rest_has_the_stress_of_its_tension() {
     let expected = soft.young_pa / (1.0 - soft.poisson_ratio) * (soft.skin_stretch - 1.0) / soft.skin_stretch;
     let mean = stress.iter().map(|&stress| f64::from(stress)).sum::<f64>() / stress.len() as f64;
     assert!((mean / expected - 1.0).abs() < 0.03, "{mean} {expected}");
-}
-
-#[test]
-fn what_is_no_balloon_is_said_in_words() {
-    let refused = |scene: &Scene| match soft_body(scene) {
-        Err(SoftError::Unsuitable(text)) => text,
-        _ => panic!("it must be refused"),
-    };
-    let mut open = sphere(RADIUS, 1);
-    open.triangles.pop();
-    assert!(refused(&scene(SoftModel::Balloon, open)).contains("closed"));
-    assert!(refused(&scene(SoftModel::Balloon, common::block([1, 1, 1], 0.1))).contains("6 tetrahedra"));
-    let floating = standing(1).edit_unchecked(|floating| floating.soft.fixed.clear());
-    assert!(matches!(soft_body(&floating), Err(SoftError::NotHeld(_))));
 }

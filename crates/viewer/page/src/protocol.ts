@@ -64,7 +64,7 @@ export interface SoftInfo {
   simulation_hz: number;
   /** What hands feel at the haptic rate. A gain in N/m counts where it is not 0, else its ratio to K_o. */
   local_model: {
-    kind: "hold" | "p" | "pi" | "compliance";
+    kind: string;
     stiffness_n_per_m: number;
     stiffness_ratio: number;
     integral_n_per_m: number;

@@ -5,8 +5,7 @@ use std::net::{SocketAddr, TcpStream};
 use std::sync::Arc;
 use std::time::Duration;
 
-use cotouch_runtime::RealTimeOptions;
-use cotouch_runtime::live::LiveSession;
+use cotouch_runtime::{LiveSession, RealTimeOptions};
 use cotouch_viewer::{Answer, Base, Predictor, Question, Show, Viewer};
 use futures_util::{SinkExt as _, StreamExt as _};
 use serde_json::{Value, json};
@@ -228,6 +227,7 @@ impl Predictor for Fake {
         let scene = &question.scene;
         match scene.link.delay_periods {
             7 => {
+                // Whoever asks tells the predictor nothing: it looks now and then.
                 while wanted() {
                     std::thread::sleep(Duration::from_millis(1));
                 }
@@ -248,6 +248,7 @@ impl Predictor for Fake {
                 if !wanted() {
                     return;
                 }
+                // Half a second of work in all, so that a newer question comes in between.
                 if scene.link.delay_periods == 6 {
                     std::thread::sleep(Duration::from_millis(10));
                 }

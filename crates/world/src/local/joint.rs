@@ -93,7 +93,8 @@ fn solve(
 }
 
 /// Solves the first `count` rows by Cholesky's decomposition, of which the lower half of `matrix` is read; the answer is in
-/// `right`.
+/// `right`. Not nalgebra's on stack matrices: that takes 0.7 and 17 µs for 3 and 48 rows where this takes 2.9 and 27, but its
+/// sums have another order, and from 6 rows on recordings would not replay bit for bit.
 fn solve_positive(
     matrix: &mut [[f64; MAX_ROWS]; MAX_ROWS],
     right: &mut [f64; MAX_ROWS],

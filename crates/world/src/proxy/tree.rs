@@ -1,4 +1,7 @@
 //! A flat tree of boxes around triangles, in depth-first order: made once, refitted when the triangles move.
+//!
+//! Kept beside parry's `Bvh` because what a tick needs is faster: all triangles near a point in 0.18, 0.71 and 2.4 µs at 980,
+//! 9,680 and 100,820 triangles against 0.33, 1.16 and 5.0; a refit in 14 µs, 170 µs and 2.6 ms against 18 µs, 203 µs and 5.3 ms.
 
 use std::ops::{ControlFlow, Range};
 

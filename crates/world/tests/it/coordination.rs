@@ -17,7 +17,10 @@ fn schemes() -> Vec<Arc<dyn Scheme>> {
     for name in ["pairwise", "average"] {
         let named: Override = format!("session.coordination={name}").parse().unwrap();
         let scene = load("grasp", &[named]).unwrap();
-        schemes.extend(gains(&scene.coupling).map(|gains| scheme(&scene, gains)));
+        let named = gains(&scene.coupling).map(|gains| scheme(&scene, gains));
+        // The scene counts the room in packets by this.
+        assert!(named.iter().all(|named| (named.size().sent > 0) == scene.session.coordination.sends()));
+        schemes.extend(named);
     }
     schemes
 }

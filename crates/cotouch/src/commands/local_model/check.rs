@@ -1,11 +1,11 @@
 //! `cotouch local-model check`.
 
 use cotouch_analysis::local_model::{
-    Hand, LocalModelError, PiLocalModel, SimulationLoop, hand_spectral_radius, stable_int, stable_kh,
+    HandImpedance, LocalModelError, PiLocalModel, SimulationLoop, hand_spectral_radius, stable_int, stable_kh,
 };
 use std::fmt::Write as _;
 
-use cotouch_analysis::eigenvalues::{eigenvalues, spectral_radius};
+use cotouch_analysis::{eigenvalues, spectral_radius};
 use serde::Serialize;
 
 use super::words::{gain, how_it_is_closed, radius};
@@ -44,7 +44,7 @@ pub(super) fn check(check: &LocalModelCheck, output: &Output) -> Result<Verdict,
 fn answer(check: &LocalModelCheck) -> Result<Answer, LocalModelError> {
     let model = PiLocalModel::new(check.kh, check.int, check.ko)?;
     let slow_loop = SimulationLoop::new(check.ratio, check.returned_force, check.hold)?;
-    let hand = check.hand.map(|[mass_kg, damping_n_s_per_m, stiffness_n_per_m]| Hand {
+    let hand = check.hand.map(|[mass_kg, damping_n_s_per_m, stiffness_n_per_m]| HandImpedance {
         mass_kg,
         damping_n_s_per_m,
         stiffness_n_per_m,

@@ -5,10 +5,9 @@ mod open_loop;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cotouch_analysis::soft::ratios;
-use cotouch_analysis::stability;
+use cotouch_analysis::{analyze, gain_ratios};
 use cotouch_runtime::virtual_run;
-use cotouch_scene::scene::{LocalModel, SoftMeshKind};
+use cotouch_scene::scene::{LocalModel, LocalModelKind, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
 use cotouch_world::local::local_law;
 use rayon::prelude::*;
@@ -20,10 +19,10 @@ use crate::output::Output;
 use crate::progress::Progress;
 
 /// The models, by the words of `local_model.kind`.
-const MODELS: [&str; 4] = ["hold", "p", "pi", "compliance"];
+const MODELS: &[&str] = LocalModelKind::WORDS;
 
 /// How often gains are halved, at most.
-const MOST_HALVINGS: u32 = 6;
+const MAX_HALVINGS: u32 = 6;
 
 /// Young's moduli: 500 Pa times 2⁰ to 2¹¹.
 const SOFTEST_PA: f64 = 500.0;
@@ -95,7 +94,7 @@ pub(super) fn compare(
             moduli,
         }
     };
-    let models = MODELS.into_iter().zip(errors).zip(0..).map(model).collect();
+    let models = MODELS.iter().copied().zip(errors).zip(0..).map(model).collect();
     let answer = Answer { scene: scenes[0].name.clone(), models };
     output.answer_as(&answer, &text(&answer))?;
     Ok(Verdict::Good)
@@ -117,7 +116,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
         if scene.local_model.kind != own.local_model.kind {
             let ratios = match local_law(scene.local_model.kind).needs().joint_compliance {
                 true => [open_loop::REFERENCE_RATIO, 0.0],
-                false => ratios(&scene),
+                false => gain_ratios(&scene),
             };
             scene = soften(scene.edit(|scene| set_ratios(&mut scene.local_model, ratios))?)?;
         }
@@ -129,8 +128,8 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 /// Halves the gains until the analysis calls the scene stable: its choice is for objects without inertia. What no gain makes
 /// stable keeps the softest.
 fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
-    for _ in 0..MOST_HALVINGS {
-        if stability::analyze(&scene)?.stable {
+    for _ in 0..MAX_HALVINGS {
+        if analyze(&scene)?.stable {
             break;
         }
         let LocalModel { stiffness_ratio, integral_ratio, .. } = scene.local_model;

@@ -27,9 +27,13 @@ impl Bode {
             phase.push(Series::solid(&user.name, colour, over_frequency(&degrees(&user.phase_rad))));
             phase.push(Series::dashed(&exact, colour, over_frequency(&degrees(&user.fundamental_phase_rad))));
         }
-        let ideal = &admittance.ideal;
-        magnitude.push(Series::dashed("ideal", IDEAL_COLOUR, over_frequency(&ideal.magnitude)));
-        phase.push(Series::dashed("ideal", IDEAL_COLOUR, over_frequency(&degrees(&ideal.phase_rad))));
+        let of_all = admittance.users.iter().all(|user| user.ideal == admittance.ideal);
+        for user in admittance.users.iter().take(if of_all { 1 } else { usize::MAX }) {
+            let name = if of_all { "ideal".to_owned() } else { format!("ideal, {}", user.name) };
+            let ideal = &user.ideal;
+            magnitude.push(Series::dashed(&name, IDEAL_COLOUR, over_frequency(&ideal.magnitude)));
+            phase.push(Series::dashed(&name, IDEAL_COLOUR, over_frequency(&degrees(&ideal.phase_rad))));
+        }
         Self { quantity: admittance.quantity, magnitude, phase }
     }
 

@@ -1,6 +1,6 @@
 //! One user of one scene, and what that user perceives of the object.
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::{Admittance, UserAdmittance, admittance};
 use cotouch_scene::Scene;
 

@@ -1,6 +1,6 @@
 //! Figure 6.5, (6.4) and (6.5): the object against a rigid wall.
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::{closed_forms, equivalent_stiffness};
 use cotouch_scene::Scene;
 use serde_json::json;

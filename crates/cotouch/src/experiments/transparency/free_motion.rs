@@ -1,6 +1,6 @@
 //! Figures 6.2 and 6.4: velocity over force in free motion.
 
-use cotouch_analysis::sweep::Grid;
+use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::added_damping;
 use cotouch_scene::names::HostIndex;
 use serde_json::{Value as Json, json};
@@ -78,7 +78,7 @@ fn figure_6_2() -> anyhow::Result<Outcome> {
             "ideal_mass_kg": local.felt.ideal.mass_kg,
         }),
         agrees: claims.iter().all(|claim| claim.holds),
-        note: "Table 6.1, n = 1. Solid: the slow-rate response (6.1) of the thesis; dashed in the same colour: the exact \
+        note: "Table 6.1, n = 1. Solid: the slow-rate response of Fotoohi Ghiam 2006, (6.1); dashed in the same colour: the exact \
                fundamental under a continuous sinusoidal force. The two part \
                where a network period is no longer short against the oscillation. The scan has no figures, so the curves are held to what the text says of them. The mass is hand and object, \
                0.5 kg; the distributed user also moves the other host's copy."

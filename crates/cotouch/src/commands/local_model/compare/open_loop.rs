@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use arrayvec::ArrayVec;
 use cotouch_device::TrajectoryDevice;
-use cotouch_runtime::virtual_time::VirtualSession;
+use cotouch_runtime::VirtualSession;
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
