@@ -24,7 +24,7 @@ use cotouch_scene::names::{Coordinate, Part};
 use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
-use crate::loop_spec::{Coupling, Delay, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
+use crate::loop_spec::{Coupling, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
 use coasting::{Coasting, coasting};
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
@@ -325,7 +325,10 @@ impl Direction<'_> {
     /// Ticks since what is read at `tick` was sampled.
     fn age(&self, motion: Motion, tick: i64) -> i64 {
         match motion {
-            Motion::Held(line) => tick - sampled_at(self.spec, self.spec.lines[line.0].delay, tick),
+            Motion::Held(line) => {
+                let (schedule, delay) = (&self.spec.schedule, self.spec.lines[line.0].delay);
+                tick - tick_of_step(schedule, delay.step_held_at(schedule, tick))
+            }
             Motion::Ground | Motion::Current(_) | Motion::Output(_) => 0,
         }
     }
@@ -343,9 +346,4 @@ fn solve_balance(stiffness: DMatrix<f64>, lag_force: &DVector<f64>) -> Option<DV
     let offsets = decomposition.solve(lag_force, threshold).ok()?;
     let is_balanced = (stiffness * &offsets - lag_force).amax() <= RELATIVE * scale;
     is_balanced.then_some(offsets)
-}
-
-/// The tick at which the sample was taken that is held at `tick`.
-fn sampled_at(spec: &LoopSpec, delay: Delay, tick: i64) -> i64 {
-    tick_of_step(&spec.schedule, delay.step_held_at(&spec.schedule, tick))
 }

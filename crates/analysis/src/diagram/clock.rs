@@ -1,7 +1,5 @@
 //! When a block acts.
 
-use cotouch_scene::time::Rate;
-
 use super::time::Time;
 
 /// Instants that repeat: `m·period + offset`, for every whole m and every offset.
@@ -20,11 +18,6 @@ impl Clock {
     #[must_use]
     pub fn every(period: Time) -> Self {
         Self { period, offsets: vec![Time::ZERO] }
-    }
-
-    /// `rate` instants a second, evenly spaced, the first at time 0.
-    pub(crate) fn at_rate(rate: Rate) -> Self {
-        Self::every(Time::period(rate))
     }
 
     /// One instant a period, `phase` after each whole multiple of it.

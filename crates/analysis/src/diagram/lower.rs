@@ -41,7 +41,7 @@ struct Lowering<'a> {
 
 impl<'a> Lowering<'a> {
     fn new(spec: &'a LoopSpec) -> Self {
-        let ticks = Clock::at_rate(spec.schedule.control());
+        let ticks = Clock::every(Time::period(spec.schedule.control()));
         let mut lowering = Self {
             spec,
             ticks,
@@ -137,8 +137,7 @@ impl<'a> Lowering<'a> {
     }
 
     fn block(&mut self, index: usize, block: &loop_spec::Block) {
-        let lists = block.weights.len() as u64;
-        let patterns = lists / greatest_common_divisor(lists, block.clock.steps_per_pattern());
+        let patterns = block.ticks_per_pattern() / block.clock.ticks_per_pattern();
         let mut sampled = Sampled::linear(clock(&block.clock, patterns), block.law.clone());
         sampled.delays = delays(&block.clock, block.delay, patterns);
         sampled.spacing = Time::period(block.clock.control());
@@ -282,11 +281,4 @@ fn share_of_period(schedule: &Schedule, tick: u64) -> f64 {
     let period = schedule.last_step_at(tick);
     let (first, next) = (schedule.tick_of_step(period), schedule.tick_of_step(period + 1));
     (tick - first) as f64 / (next - first) as f64
-}
-
-const fn greatest_common_divisor(mut a: u64, mut b: u64) -> u64 {
-    while b != 0 {
-        (a, b) = (b, a % b);
-    }
-    a
 }

@@ -66,7 +66,7 @@ impl Block {
     }
 
     /// Ticks after which all that it does repeats.
-    pub(super) fn ticks_per_pattern(&self) -> u64 {
+    pub(crate) fn ticks_per_pattern(&self) -> u64 {
         let (steps, lists) = (self.clock.steps_per_pattern(), self.weights.len().max(1) as u64);
         self.clock.ticks_per_pattern() * (least_common_multiple(steps, lists) / steps)
     }
