@@ -4,7 +4,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::check::check;
 use crate::deflate::deflate;
-use crate::dominant::{Dominant, axis_of_largest, dominant_axis};
+use crate::dominant::{EnergyShares, is_as_large};
 use crate::eigenvalues::{self, EigenvalueError, balance, of_balanced};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
@@ -67,7 +67,8 @@ struct Poles {
     rigid: usize,
     dragged: usize,
     loose: usize,
-    axis: Option<&'static str>,
+    /// Of the motions of the largest one.
+    motions: EnergyShares,
 }
 
 /// Nothing where the state outgrows floating point.
@@ -80,12 +81,12 @@ fn poles(share: &Share, with_axis: bool) -> Result<Option<Poles>, EigenvalueErro
     }
     let structure = structure(share, &layout, &matrix);
     let (rigid, dragged, loose) = (structure.rigid.len(), structure.dragged, structure.loose.len());
-    let Remaining { eigenvalues, dominant } = if with_axis {
-        remaining_eigenvalues(spec, &layout, matrix, &structure)?
+    let (eigenvalues, motions) = if with_axis {
+        poles_and_motions(spec, &layout, matrix, &structure)?
     } else {
-        Remaining { eigenvalues: poles_of(matrix, &structure)?, dominant: None }
+        (poles_of(matrix, &structure)?, EnergyShares::default())
     };
-    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, axis: dominant }))
+    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, motions }))
 }
 
 /// What of a share's map is 1 by structure.
@@ -98,9 +99,7 @@ pub(crate) fn has_outgrown(map: &DMatrix<f64>) -> bool {
 }
 
 fn together(shares: Vec<Poles>) -> LoopStability {
-    let radius = |share: &Poles| eigenvalues::spectral_radius(&share.eigenvalues);
-    let axis = shares.iter().max_by(|one, other| radius(one).total_cmp(&radius(other)));
-    let axis = axis.and_then(|share| share.axis);
+    let axis = dominant_axis(&shares);
     let sum = |count: fn(&Poles) -> usize| shares.iter().map(count).sum::<usize>();
     let (rigid, dragged, loose_parts) =
         (sum(|share| share.rigid), sum(|share| share.dragged), sum(|share| share.loose));
@@ -122,6 +121,17 @@ fn together(shares: Vec<Poles>) -> LoopStability {
     }
 }
 
+/// Of the shares that have the largest eigenvalue.
+fn dominant_axis(shares: &[Poles]) -> Option<&'static str> {
+    let radius = |share: &Poles| eigenvalues::spectral_radius(&share.eigenvalues);
+    let largest = shares.iter().map(radius).fold(0.0, f64::max);
+    let mut motions = EnergyShares::default();
+    for share in shares.iter().filter(|share| is_as_large(radius(share), largest)) {
+        motions.add(&share.motions, share.copies);
+    }
+    motions.axis()
+}
+
 /// A state that outgrows [`LARGEST_GROWTH`] within one pattern: no eigenvalues are needed to call it unstable.
 fn outgrown() -> LoopStability {
     LoopStability {
@@ -135,29 +145,20 @@ fn outgrown() -> LoopStability {
     }
 }
 
-/// What does not follow from structure.
-struct Remaining {
-    eigenvalues: Vec<Complex<f64>>,
-    /// The axis of the largest one.
-    dominant: Option<&'static str>,
-}
-
-fn remaining_eigenvalues(
+/// What does not follow from structure, and how things move that belong to the largest eigenvalue.
+fn poles_and_motions(
     spec: &LoopSpec,
     layout: &Layout,
     mut matrix: DMatrix<f64>,
     structure: &Structure,
-) -> Result<Remaining, EigenvalueError> {
+) -> Result<(Vec<Complex<f64>>, EnergyShares), EigenvalueError> {
+    if let Some(motions) = EnergyShares::along_only_axis(spec) {
+        return Ok((poles_of(matrix, structure)?, motions));
+    }
     let scales = balance(&mut matrix);
-    let only_axis = dominant_axis(spec);
-    let balanced = matches!(only_axis, Dominant::Among).then(|| matrix.clone());
-    let eigenvalues = eigenvalues_of_rest(matrix, &scales, structure)?;
-    let dominant = match (only_axis, balanced) {
-        (Dominant::Only(axis), _) => Some(axis),
-        (Dominant::Among, Some(balanced)) => axis_of_largest(spec, layout, &balanced, &scales, &eigenvalues),
-        (Dominant::Among, None) => None,
-    };
-    Ok(Remaining { eigenvalues, dominant })
+    let eigenvalues = eigenvalues_of_rest(matrix.clone(), &scales, structure)?;
+    let motions = EnergyShares::of_largest(spec, layout, &matrix, &scales, &eigenvalues);
+    Ok((eigenvalues, motions))
 }
 
 /// The eigenvalues of a map that do not follow from structure.

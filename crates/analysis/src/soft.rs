@@ -14,8 +14,11 @@
 //! ```
 //!
 //! Contacts stick; thresholds only shift where things come to rest. The body is its step linearised at rest, in as few
-//! coordinates as it takes for its contacts to see no difference.
+//! coordinates as it takes for its contacts to see no difference; where a host has its own copy, its part of the loop is what
+//! its own fingers observe of that and of the local models of others that press on it.
 
+mod closed;
+mod closed_body;
 mod compile;
 mod contacts;
 mod error;

@@ -1,6 +1,7 @@
 //! Whether a loop is stable, and how nearly.
 
 use cotouch_scene::scene::Scene;
+use rayon::prelude::*;
 
 use crate::compile::ContactMode;
 use crate::modes::contact_modes;
@@ -16,7 +17,7 @@ use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Swi
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, notes) = contact_modes(scene, &Bodies::default())?;
-    let verdicts = modes.iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
+    let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };

@@ -3,35 +3,45 @@
 //! Each number of the state is a row: its dependence on the state at the start of the pattern. A tick is a handful of
 //! sums of rows. Forces from held samples are summed again only when another sample is held.
 
+use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
 use super::layout::Layout;
 use super::program::{BodyProgram, Program, Sum, Weighted};
 use super::timetable::{Event, Tick};
-use crate::loop_spec::{LineId, LoopSpec};
+use crate::loop_spec::LoopSpec;
 
 /// The map over one pattern.
 pub(crate) fn lift(spec: &LoopSpec, layout: &Layout) -> DMatrix<f64> {
     Run::default().pattern(&Program::new(spec, layout))
 }
 
-/// The map over one pattern in which the samples of some network steps are lost: `is_lost` is asked with the step and
-/// the line. Instead of a lost sample the receiver keeps the one of the step before, lost or not, and plays that out
-/// when the lost one would have been due. Every register must remember a sample ([`Layout::with_memory`]).
-pub(crate) fn lift_with_losses(
-    spec: &LoopSpec,
-    layout: &Layout,
-    is_lost: &dyn Fn(i64, LineId) -> bool,
-) -> DMatrix<f64> {
+/// A sample that may be lost.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Fault {
+    /// The network step at which it is taken.
+    pub(crate) step: i64,
+    /// The register that takes it.
+    pub(crate) register: usize,
+    /// The place of its first number among the inputs and outputs.
+    pub(crate) first: usize,
+}
+
+/// One pattern as a system: inputs are added to the numbers of the samples in `faults`, and outputs are by how much these numbers,
+/// without that, fall short of those of the network step before. So a sample is lost where its inputs are its outputs: the
+/// receiver keeps the sample of the step before, lost or not, and plays that out when the lost one would have been due. Every
+/// register must remember a sample ([`Layout::with_memory`]).
+pub(crate) fn lift_with_faults(spec: &LoopSpec, layout: &Layout, faults: &[Fault]) -> LinearBlock {
     let program = Program::new(spec, layout);
-    let lost = program.timetable.events.iter().filter_map(|event| match *event {
-        Event::Sample { register, step } if is_lost(step, layout.registers[register].line) => {
-            Some((step, register))
-        }
-        _ => None,
-    });
-    let mut run = Run { lost: lost.collect(), ..Run::default() };
-    run.pattern(&program)
+    let inputs = faults.iter().map(|fault| layout.registers[fault.register].numbers).sum();
+    let mut run = Run { faults: faults.to_vec(), inputs, ..Run::default() };
+    let whole = run.pattern(&program);
+    let short = DMatrix::from_row_slice(inputs, program.size + inputs, &run.short.data);
+    let parts = |of: &DMatrix<f64>| {
+        (of.columns(0, program.size).into_owned(), of.columns(program.size, inputs).into_owned())
+    };
+    let ((a, b), (c, d)) = (parts(&whole), parts(&short));
+    LinearBlock { a, b, c, d }
 }
 
 /// Rows of equal length.
@@ -74,8 +84,10 @@ pub(crate) struct Run {
     gathered: Rows,
     /// A number that is being taken.
     taken: Vec<f64>,
-    /// Network steps and registers whose samples are lost.
-    lost: Vec<(i64, usize)>,
+    /// Samples that have inputs, how many numbers these have, and by how much each falls short of the one before.
+    faults: Vec<Fault>,
+    inputs: usize,
+    short: Rows,
     /// For each way: the step whose sample is held.
     held: Vec<i64>,
     /// For each way with a first-order hold: how far it is from the sample before to the one that is held.
@@ -98,7 +110,8 @@ impl Run {
     }
 
     fn start(&mut self, program: &Program) {
-        let columns = program.size;
+        let columns = program.size + self.inputs;
+        self.short.clear(self.inputs, columns);
         self.states.clear(program.states, columns);
         self.next_states.clear(program.states, columns);
         self.samples.clear(program.sample_rows(), columns);
@@ -156,12 +169,15 @@ impl Run {
     #[inline(always)]
     fn sample(&mut self, program: &Program, register: usize, step: i64) {
         let ring = &program.rings[register];
-        let is_lost = self.lost.contains(&(step, register));
+        let is_meant = |fault: &&Fault| (fault.step, fault.register) == (step, register);
+        let fault = self.faults.iter().find(is_meant).map(|fault| fault.first);
         for (number, sum) in program.registers[register].iter().enumerate() {
-            if is_lost {
-                self.taken.copy_from_slice(self.samples.row(ring.row(step - 1, number)));
-            } else {
-                self.take(program, sum);
+            self.take(program, sum);
+            if let Some(first) = fault {
+                let short = self.short.row_mut(first + number);
+                add(short, 1.0, self.samples.row(ring.row(step - 1, number)));
+                add(short, -1.0, &self.taken);
+                self.taken[program.size + first + number] += 1.0;
             }
             self.samples.row_mut(ring.row(step, number)).copy_from_slice(&self.taken);
         }
@@ -262,7 +278,7 @@ impl Run {
 
     fn matrix(&mut self, program: &Program) -> DMatrix<f64> {
         let rows = program.size;
-        let mut matrix = DMatrix::zeros(rows, rows);
+        let mut matrix = DMatrix::zeros(rows, rows + self.inputs);
         self.visit(program, true, &mut |place, row| {
             for (element, &value) in matrix.as_mut_slice()[place..].iter_mut().step_by(rows).zip(&*row) {
                 *element = value;

@@ -6,7 +6,10 @@ use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
 use cotouch_soft::contact_stiffnesses;
 use glam::DVec3;
 use nalgebra::DMatrix;
+use rayon::prelude::*;
 
+use super::closed::closed_loop;
+use super::closed_body::ClosedBodies;
 use super::error::SoftAnalysisError;
 use super::local_laws::HostLaw;
 use super::prepared::{Bodies, Prepared};
@@ -46,14 +49,18 @@ pub(crate) fn modes(
             let Finger { user, finger } = fingers[slot];
             format!("{}.finger{}", scene.users[user.index()].name, finger + 1)
         };
-        let spec = touched(scene, &prepared, &fingers, &set, &prepared.seen_from(&set), true)?;
+        let body = prepared.seen_from(&set);
+        let of = described(scene, &prepared, &fingers, &set, &body, true)?;
         Ok(ContactMode {
             contacts: set.iter().map(name).collect(),
             settled: set.len() == fingers.len(),
-            spec,
+            spec: match ClosedBodies::new(&of) {
+                Some(closed) => closed_loop(&closed, of),
+                None => touched_body(of),
+            },
         })
     };
-    Ok((sets.into_iter().map(mode).collect::<Result<_, _>>()?, notes))
+    Ok((sets.into_par_iter().map(mode).collect::<Result<_, _>>()?, notes))
 }
 
 /// The loop of a scene with every finger in contact, its body in all its coordinates: for comparison with the running
@@ -65,7 +72,7 @@ pub fn compile_unreduced(scene: &Scene) -> Result<LoopSpec, SoftAnalysisError> {
     let prepared = Bodies::default().prepared(scene)?;
     let fingers = fingers(scene);
     let set: Vec<usize> = (0..fingers.len()).collect();
-    touched(scene, &prepared, &fingers, &set, &prepared.exact(&set)?, false)
+    Ok(touched_body(described(scene, &prepared, &fingers, &set, &prepared.exact(&set)?, false)?))
 }
 
 /// All fingers of one user on the body, nobody else touching it.
@@ -90,7 +97,8 @@ pub(crate) fn touches_of_users(
     let free = compile_at(hands, &OperatingPoint::free(hands));
     let of_user = |user: HostIndex| -> Result<UserTouch, SoftAnalysisError> {
         let set: Vec<usize> = (0..fingers.len()).filter(|&slot| fingers[slot].user == user).collect();
-        let mut spec = touched(scene, &prepared, &fingers, &set, &prepared.seen_from(&set), true)?;
+        let body = prepared.seen_from(&set);
+        let mut spec = touched_body(described(scene, &prepared, &fingers, &set, &body, true)?);
         spec.bodies.clone_from(&free.bodies);
         let inward = set.iter().map(|&slot| -prepared.anchors[slot].normal).collect();
         Ok(UserTouch { spec, inward, compliance: prepared.compliance(&set) })
@@ -99,7 +107,7 @@ pub(crate) fn touches_of_users(
 }
 
 /// In the order of the bodies of a free session's loop.
-fn fingers(scene: &Scene) -> Vec<Finger> {
+pub(super) fn fingers(scene: &Scene) -> Vec<Finger> {
     let of_user = |user: HostIndex| {
         let count = scene.users[user.index()].fingers.len() as u8;
         (0..count).map(move |finger| Finger { user, finger })
@@ -107,28 +115,28 @@ fn fingers(scene: &Scene) -> Vec<Finger> {
     scene.hosts().flat_map(of_user).collect()
 }
 
-/// The loop while the fingers of `set` touch `body`, which is seen from them. Where `without_idle`, nothing acts along axes
-/// of the world along which nothing ever moves.
-fn touched(
-    scene: &Scene,
+/// The session while the fingers of `set` touch `body`, which is seen from them. Where it is `reduced`, nothing acts along
+/// axes of the world along which nothing ever moves.
+pub(super) fn described<'a>(
+    scene: &'a Scene,
     prepared: &Prepared,
     fingers: &[Finger],
     set: &[usize],
-    body: &SlowBody,
-    without_idle: bool,
-) -> Result<LoopSpec, SoftAnalysisError> {
+    body: &'a SlowBody,
+    reduced: bool,
+) -> Result<Touched<'a>, SoftAnalysisError> {
     let compliance = prepared.compliance(set);
     let ko_n_per_m = contact_stiffnesses(&compliance).ok_or(SoftAnalysisError::Rigid)?;
     let normals: Vec<DVec3> = set.iter().map(|&slot| prepared.anchors[slot].normal).collect();
     let law = HostLaw::new(scene, &ko_n_per_m, &normals, &compliance);
     let local = &scene.local_model;
     let spec = compile_at(scene, &OperatingPoint::free(scene));
-    let idle_axes = if without_idle { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
+    let idle_axes = if reduced { prepared.idle_axes(&spec.bodies) } else { [false; 3] };
     let centralized = scene.session.architecture == Architecture::Centralized;
-    Ok(touched_body(Touched {
+    Ok(Touched {
         touching: set.iter().map(|&slot| (slot, fingers[slot])).collect(),
         hosts: if centralized { vec![HostIndex::FIRST] } else { scene.hosts().collect() },
-        delay: &|from, to| delay(scene, from, to),
+        delay: Box::new(|from, to| delay(scene, from, to)),
         slow: scene.slow_schedule(),
         returned_force: local.returned_force,
         hold: local.hold,
@@ -137,5 +145,5 @@ fn touched(
         law,
         idle_axes,
         spec,
-    }))
+    })
 }

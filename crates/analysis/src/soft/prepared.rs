@@ -12,7 +12,7 @@ use nalgebra::DMatrix;
 
 use super::contacts::{Anchor, anchors};
 use super::error::SoftAnalysisError;
-use super::reduction::by_krylov;
+use super::reduction::{NEGLIGIBLE, NEGLIGIBLE_IN_LOOP, by_krylov};
 use super::slow_body::SlowBody;
 use crate::loop_spec::Body;
 
@@ -24,6 +24,9 @@ pub(crate) struct Prepared {
     /// Of all anchors, m/N.
     compliance: DMatrix<f64>,
     linear: LinearBody,
+    /// In as few coordinates as a Krylov subspace takes.
+    whole: SlowBody,
+    /// Of that, what all fingers together can tell.
     body: SlowBody,
     pub(super) converged: bool,
     /// Seen from some of the fingers, in as few coordinates as that takes.
@@ -85,16 +88,21 @@ impl Prepared {
         let points: Vec<MaterialPoint> = anchors.iter().map(|anchor| anchor.point).collect();
         let compliance = body.compliance(&points).ok_or(SoftAnalysisError::NoCompliance)?;
         let linear = at_rest(&*body)?;
-        let (body, converged) = by_krylov(&linear, &points);
-        Ok(Self { key, anchors, compliance, linear, body, converged, seen: Mutex::default() })
+        let (whole, converged) = by_krylov(&linear, &points);
+        let body = whole.balanced(NEGLIGIBLE_IN_LOOP);
+        Ok(Self { key, anchors, compliance, linear, whole, body, converged, seen: Mutex::default() })
     }
 
+    /// The body as it is seen from some of the fingers; all of it where that is none, for then nothing moves but itself.
     pub(super) fn seen_from(&self, fingers: &[usize]) -> SlowBody {
+        if fingers.is_empty() {
+            return self.whole.seen_from(fingers);
+        }
         let lock = || self.seen.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
         if let Some(known) = lock().get(fingers) {
             return known.clone();
         }
-        let body = self.body.seen_from(fingers).balanced();
+        let body = self.body.seen_from(fingers).balanced(NEGLIGIBLE);
         lock().insert(fingers.to_vec(), body.clone());
         body
     }

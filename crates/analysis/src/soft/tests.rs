@@ -5,6 +5,8 @@ use cotouch_soft::ReducedBody;
 use glam::DVec3;
 use nalgebra::{DMatrix, DVector};
 
+use super::closed::closed_loop;
+use super::closed_body::ClosedBodies;
 use super::local_laws::HostLaw;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
@@ -84,7 +86,7 @@ fn one_finger_after(
     touched_body(Touched {
         touching: vec![(0, finger(0))],
         hosts: vec![HostIndex::FIRST],
-        delay: &|_, _| Delay::NONE,
+        delay: Box::new(|_, _| Delay::NONE),
         slow: schedule("1000", "50"),
         returned_force,
         hold,
@@ -223,7 +225,7 @@ fn balanced_coordinates_show_the_same() {
     let slow = SlowBody::from_reduced(&three_masses());
     for contacts in [vec![0], vec![1], vec![0, 1]] {
         let seen = slow.seen_from(&contacts);
-        let balanced = seen.balanced();
+        let balanced = seen.balanced(1e-13);
         assert!(balanced.law.states() <= 6);
         let (one, other) = (seen.impulse_response(200), balanced.impulse_response(200));
         let error = one.iter().zip(&other).map(|(one, other)| (one - other).amax()).fold(0.0, f64::max);
@@ -242,12 +244,9 @@ fn the_routes_agree_on_soft_bodies() {
                 for hold in HOLDS {
                     for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
                         let nested = rates[0] == "1200";
-                        let of = two_hosts(centralized, kind, (returned, hold), rates, nested);
-                        assert_routes_agree(
-                            &of,
-                            nested,
-                            &format!("{centralized} {kind:?} {returned:?} {hold:?}"),
-                        );
+                        let label = format!("{centralized} {kind:?} {returned:?} {hold:?}");
+                        let of = two_hosts(centralized, kind, (returned, hold), rates, nested, touched_body);
+                        assert_routes_agree(&of, nested, &label);
                         let shared = of.lift_shared().unwrap().matrix;
                         let shared = spectral_radius(&eigenvalues(&shared).unwrap());
                         assert!((radius(&of) - shared).abs() < 1e-9, "{kind:?}");
@@ -275,12 +274,35 @@ fn assert_routes_agree(of: &LoopSpec, nested: bool, label: &str) {
     assert_eq!(of.to_diagram().unwrap().states().unwrap(), names, "{label}");
 }
 
+/// Bodies of which only what fingers observe is in the loop have its verdict, and are understood by all routes.
+#[test]
+fn what_fingers_observe_has_the_verdict_of_the_whole() {
+    let closed = |of: Touched<'_>| closed_loop(&ClosedBodies::new(&of).unwrap(), of);
+    for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Compliance] {
+        for (returned, hold) in RETURNED.into_iter().flat_map(|returned| HOLDS.map(|hold| (returned, hold))) {
+            for rates in [["1200", "200", "100"], ["300", "100", "80"]] {
+                let nested = rates[0] == "1200";
+                if hold == SurfaceHold::First && !nested {
+                    continue;
+                }
+                let label = format!("{kind:?} {returned:?} {hold:?}");
+                let whole = two_hosts(false, kind, (returned, hold), rates, nested, touched_body);
+                let observed = two_hosts(false, kind, (returned, hold), rates, nested, closed);
+                assert_routes_agree(&observed, nested, &label);
+                let (expected, found) = (radius(&whole), radius(&observed));
+                assert!((found / expected - 1.0).abs() < 1e-11, "{label}: {found} {expected}");
+            }
+        }
+    }
+}
+
 fn two_hosts(
     centralized: bool,
     kind: LocalModelKind,
     (returned_force, hold): (ReturnedForce, SurfaceHold),
     [control, network, slow]: [&str; 3],
     shows: bool,
+    loop_of: fn(Touched<'_>) -> LoopSpec,
 ) -> LoopSpec {
     let plant = || {
         Plant::endpoint(
@@ -303,10 +325,10 @@ fn two_hosts(
     let scene = scene([control, network, slow], kind, [0.0, 0.0]).edit_unchecked(|scene| {
         (scene.local_model.stiffness_ratio, scene.local_model.integral_ratio) = (1.0, 0.25);
     });
-    touched_body(Touched {
+    loop_of(Touched {
         touching: (0..2).map(|host| (usize::from(host), finger(host))).collect(),
         hosts: (0..if centralized { 1 } else { 2 }).map(HostIndex).collect(),
-        delay: &|_, _| Delay::periods(1),
+        delay: Box::new(|_, _| Delay::periods(1)),
         slow: schedule(control, slow),
         returned_force,
         hold,

@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
 use crate::loop_spec::{
-    Action, Block, BlockId, BodyId, Coupling, Delay, Dof, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
+    Action, Block, BlockId, BodyId, Coupling, Delay, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 
 /// A finger slot.
@@ -28,7 +28,7 @@ pub(super) struct Touched<'a> {
     /// The hosts that have a body: all of them, or the server, which sends forces back to other hosts' fingers.
     pub(super) hosts: Vec<HostIndex>,
     /// Of samples from one host to another.
-    pub(super) delay: &'a dyn Fn(HostIndex, HostIndex) -> Delay,
+    pub(super) delay: Box<dyn Fn(HostIndex, HostIndex) -> Delay + 'a>,
     /// Which tick begins which period of the slow simulation.
     pub(super) slow: Schedule,
     pub(super) returned_force: ReturnedForce,
@@ -41,6 +41,36 @@ pub(super) struct Touched<'a> {
     pub(super) idle_axes: [bool; 3],
     /// The fingers, and what else acts on them.
     pub(super) spec: LoopSpec,
+}
+
+impl Touched<'_> {
+    /// How a host knows where a finger that touches is.
+    pub(super) fn finger(&mut self, host: HostIndex, contact: usize) -> Motion {
+        let (slot, Finger { user, finger }) = self.touching[contact];
+        if user == host {
+            return Motion::Current(BodyId(slot));
+        }
+        let (part, signal) = (Part::Hand(finger), Signal::Position(BodyId(slot)));
+        let line = Line { host, from: user, part, signal, delay: (self.delay)(user, host) };
+        Motion::Held(self.spec.line(line))
+    }
+
+    /// Which of its body's numbers is a coordinate of the fingers that touch, three a contact; nothing where it cannot move.
+    pub(super) fn number(&self, row: usize) -> Option<usize> {
+        let (slot, _) = self.touching[row / 3];
+        self.spec.bodies[slot].axes.iter().position(|dof| dof.axis().index() == row % 3)
+    }
+
+    /// Which of the contacts are with fingers of a host.
+    pub(super) fn own_contacts(&self, host: HostIndex) -> impl Iterator<Item = usize> {
+        let contacts = self.touching.iter().enumerate();
+        contacts.filter(move |(_, (_, finger))| finger.user == host).map(|(contact, _)| contact)
+    }
+
+    /// Whether the law reads the forces with which the frame in use was made.
+    pub(super) fn reads_stepped_forces(&self) -> bool {
+        self.law.direct.ncols() > self.law.direct.nrows()
+    }
 }
 
 /// The loop.
@@ -84,30 +114,12 @@ impl Session<'_> {
             BlockId(next - usize::from(exists))
         };
         for host in self.of.hosts.clone() {
-            let fingers = (0..self.of.touching.len()).map(|contact| self.finger(host, contact)).collect();
+            let fingers = (0..self.of.touching.len()).map(|contact| self.of.finger(host, contact)).collect();
             let integral = place(self.of.law.state.is_some());
             let held = place(self.of.law.held);
-            let (body, stepped) = (place(true), place(self.reads_stepped_forces()));
+            let (body, stepped) = (place(true), place(self.of.reads_stepped_forces()));
             self.worlds.push(World { host, fingers, integral, held, body, stepped });
         }
-    }
-
-    fn finger(&mut self, host: HostIndex, contact: usize) -> Motion {
-        let (slot, Finger { user, finger }) = self.of.touching[contact];
-        if user == host {
-            return Motion::Current(BodyId(slot));
-        }
-        Motion::Held(self.of.spec.line(Line {
-            host,
-            from: user,
-            part: Part::Hand(finger),
-            signal: Signal::Position(BodyId(slot)),
-            delay: (self.of.delay)(user, host),
-        }))
-    }
-
-    fn reads_stepped_forces(&self) -> bool {
-        self.of.law.direct.ncols() > self.of.law.direct.nrows()
     }
 
     /// On own fingers, and sent back to those of others where one host has the only body.
@@ -178,9 +190,7 @@ impl Session<'_> {
     fn add_error(&self, to: &mut Coupling, component: usize, world: &World, row: usize, gain: f64) {
         let surface = Motion::Output(world.body);
         to.terms.push(Term { component, motion: surface, number: row, gain });
-        let (slot, _) = self.of.touching[row / 3];
-        let is_along = |dof: &Dof| dof.axis().index() == row % 3;
-        if let Some(number) = self.of.spec.bodies[slot].axes.iter().position(is_along) {
+        if let Some(number) = self.of.number(row) {
             let motion = world.fingers[row / 3];
             to.terms.push(Term { component, motion, number, gain: -gain });
         }
@@ -237,7 +247,7 @@ impl Session<'_> {
             hold,
             ..Block::sampled(slow, pressing.clone(), law, delay)
         });
-        if self.reads_stepped_forces() {
+        if self.of.reads_stepped_forces() {
             let law = LinearBlock::gain(DMatrix::identity(rows, rows));
             self.of.spec.block(Block {
                 outputs: of_contacts(&|slot, axis| Coordinate::SteppedForce { host, slot, axis, age: 1 }),
@@ -254,7 +264,7 @@ fn every_tick(slow: &Schedule) -> Schedule {
 }
 
 /// The weights of a period's forces in what goes to the simulation.
-fn returned_force(slow: &Schedule, returned: ReturnedForce) -> Vec<Vec<f64>> {
+pub(super) fn returned_force(slow: &Schedule, returned: ReturnedForce) -> Vec<Vec<f64>> {
     let weights = |ticks: u64| match returned {
         ReturnedForce::First => vec![1.0],
         ReturnedForce::Mean => vec![(ticks as f64).recip(); ticks as usize],

@@ -130,11 +130,9 @@ fn some_packets_may_be_lost() {
     let without_limit = of(distributed);
     assert_eq!(without_limit.loss_rate, Some(1.0));
     assert!(without_limit.notes.iter().any(|note| note.contains("99.99 %")), "{:?}", without_limit.notes);
-    // Forces and motions of many clients: too many combinations.
+    // Forces and motions of many clients.
     let crowd = of(&with_users(centralized.clone(), 6));
-    assert!(
-        crowd.stable && crowd.loss_rate.is_none() && crowd.notes.iter().any(|note| note.contains("packets"))
-    );
+    assert!(crowd.stable && crowd.loss_rate.is_some_and(|rate| rate > 0.0 && rate < 1.0), "{crowd:?}");
 }
 
 #[test]

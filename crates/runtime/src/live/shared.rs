@@ -14,7 +14,7 @@ use crate::summary::{EarlierSession, Summary};
 
 /// How the session of this number, from 2, is started when a change needs a new one: with the scene's
 /// `link.impairment` on every way, since that is what its users ask for. Recordings of sessions that have ended are
-/// kept: each has a file of its own (see [`super::numbered`]).
+/// kept: each has a file of its own (see [`super::numbered_path`]).
 pub type Starter = Box<dyn Fn(&Scene, u32) -> Result<SessionHandle, StartError> + Send + Sync>;
 
 /// Why a change was not made; the session that ran goes on, unless it says otherwise.
