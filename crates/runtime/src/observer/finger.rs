@@ -14,8 +14,8 @@ const LEAST_RMS_N: f64 = 0.05;
 const LEAST_S: f64 = 0.5;
 /// Blocks a second: the mean square is known for each.
 const BLOCKS_HZ: f64 = 64.0;
-/// Blocks over which the rms is taken: an eighth of a second, a cycle of what is just fast enough.
-const WINDOW: usize = 8;
+/// Blocks over which the rms is taken: a sixteenth of a second, in which the square of what is just fast enough repeats.
+const WINDOW: usize = 4;
 /// Blocks in a quarter of a second.
 const QUARTER: u32 = 16;
 /// From one quarter of a second to the next, where the force grows.
@@ -156,7 +156,7 @@ impl FingerObserver {
         }
     }
 
-    /// The rms of what passes the band over the last eighth of a second, N.
+    /// The rms of what passes the band over the last sixteenth of a second, N.
     pub(super) fn fast_force_n(&self) -> f64 {
         let mut window = Sums::default();
         self.ring.iter().for_each(|block| window.add(block));

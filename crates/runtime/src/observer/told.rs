@@ -84,7 +84,7 @@ pub struct Shaking {
 pub struct LiveVerdict {
     /// Of the last second; `None` before there is one.
     pub verdict: Option<RunVerdict>,
-    /// The largest force above 8 Hz at a finger over the last eighth of a second, N rms.
+    /// The largest force above 8 Hz at a finger over the last sixteenth of a second, N rms.
     pub fast_force_n: f64,
 }
 
