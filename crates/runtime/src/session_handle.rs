@@ -28,6 +28,8 @@ pub(crate) struct Local {
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
     /// The thread of the soft object's simulation, where there is one.
     pub(crate) soft: Option<JoinHandle<()>>,
+    /// What a person is to know of its device, in words.
+    pub(crate) device_note: Option<String>,
     /// Failures of its device that were told as news already.
     pub(crate) told_faults: u64,
 }
@@ -187,6 +189,12 @@ impl SessionHandle {
     #[must_use]
     pub fn take_news(&self) -> Vec<String> {
         self.lock().iter().flat_map(|local| local.network.take_news()).collect()
+    }
+
+    /// What a person is to know of the devices of this process as the session begins, in words.
+    #[must_use]
+    pub fn device_notes(&self) -> Vec<String> {
+        self.lock().iter().filter_map(|local| local.device_note.clone()).collect()
     }
 
     /// How devices of this process have begun to fail since the last call, in words.

@@ -2,7 +2,7 @@
 
 use std::hint::black_box;
 
-use crate::support::{POINT, scene_with_box};
+use crate::support::{point, scene_with_box};
 use cotouch_device::{
     Device, Governor, GovernorInput, Guide, GuidedUser, PortEnergy, SimulatedUser, Targets, WorldView,
 };
@@ -56,7 +56,7 @@ fn a_tick_allocates_nothing() {
             velocity: VelocityEstimate::Filtered,
             max_joint_torque_n_m: 0.3,
             inertia: true,
-            ..POINT
+            ..point()
         };
     });
     let mut user = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
