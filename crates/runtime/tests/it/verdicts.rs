@@ -87,7 +87,9 @@ fn past_the_line_a_session_shakes_or_diverges_and_before_it_it_is_quiet() {
         let setting = format!("coupling.object_object.stiffness_n_per_m={stiffness}");
         let summary = run(&load("single-axis", &[&setting]), 30.0);
         assert_eq!(summary.stable, settles, "{stiffness} N/m: {:?} {:?}", summary.diverged, summary.shaking);
-        let limited = summary.diverged.is_some_and(|diverged| diverged.cause != Divergence::OutOfBounds);
-        assert!(settles || limited, "an oscillation that grows to the limits diverges");
+        // Near the line it grows too slowly to be called more than shaking for as long as it is below the limits.
+        let cause = summary.diverged.map(|diverged| diverged.cause);
+        let grew = matches!(cause, Some(Divergence::Growth | Divergence::GovernorLimit));
+        assert!(grew || stiffness < 1600, "{stiffness} N/m: {cause:?}");
     }
 }
