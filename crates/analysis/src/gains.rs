@@ -5,8 +5,8 @@ use cotouch_scene::{Scene, with_override};
 use crate::modes::contact_modes;
 use crate::soft::Bodies;
 
-/// Springs and dampers, by key.
-const KEYS: [&str; 28] = [
+/// Springs and dampers, by key, in the order in which margins are told: a key that is left out has none.
+const KEYS: &[&str] = &[
     "coupling.hand_object.stiffness_n_per_m",
     "coupling.hand_object.damping_n_s_per_m",
     "coupling.remote_hand_object.stiffness_n_per_m",
@@ -60,4 +60,29 @@ pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
         .filter(|gain| gain.value != 0.0)
         .filter(acts)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::KEYS;
+
+    /// The analysis has no contact of bodies along their surfaces; K_o of a generated spring is what its gains are shares of.
+    const WITHOUT_MARGIN: [&str; 3] = [
+        "contact.body_body_tangential.stiffness_n_per_m",
+        "contact.body_body_tangential.damping_n_s_per_m",
+        "soft.mesh.stiffness_n_per_m",
+    ];
+
+    #[test]
+    fn every_spring_and_damper_of_a_scene_has_its_margin() {
+        let units = ["(N/m)", "(N·s/m)", "(N·m/rad)", "(N·m·s/rad)"];
+        let acts = |allowed: &str| {
+            allowed.starts_with("a number") && units.iter().any(|unit| allowed.ends_with(unit))
+        };
+        let keys = cotouch_scene::reference::keys();
+        let without = keys.iter().filter(|key| acts(&key.allowed) && !KEYS.contains(&key.name.as_str()));
+        let without: Vec<&str> = without.map(|key| key.name.as_str()).collect();
+        assert_eq!(without, WITHOUT_MARGIN);
+        assert!(KEYS.iter().all(|key| keys.iter().any(|known| known.name == *key)));
+    }
 }

@@ -47,7 +47,8 @@ pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Re
         !stop.is_set()
     };
     let recording = plan.recording.as_deref();
-    Ok(virtual_run::run_with_devices(scene, &plan.devices, duration_s, recording, keep_on)?)
+    let tell = |note: String| eprintln!("note: {note}");
+    Ok(virtual_run::run_with_devices(scene, &plan.devices, tell, duration_s, recording, keep_on)?)
 }
 
 /// Runs `scene` in simulated time, unrecorded; `observe` sees every tick of every host.
@@ -103,6 +104,7 @@ pub(crate) fn watch(
     output: &Output,
 ) -> anyhow::Result<(Summary, Scene)> {
     let live = Arc::new(live);
+    live.device_notes().iter().for_each(|note| eprintln!("note: {note}"));
     let viewer = match plan.viewer {
         Some(address) => start_viewer(Show::Live(Arc::clone(&live), base), address, "join it", output),
         None => None,

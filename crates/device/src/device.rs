@@ -8,8 +8,14 @@
 //!
 //! - **Open.** A function `open(parameters, setup) -> Result<Box<dyn Device>, DeviceOpenError>` gets what stands behind the colon
 //!   of `NAME:PARAMETERS`, and a [`DeviceSetup`](crate::DeviceSetup): the scene (its haptic rate, where fingers rest) and
-//!   whose device it is. It may block, allocate and start threads. What goes wrong is an
-//!   [`DeviceOpenError`](crate::DeviceOpenError).
+//!   whose device it is. It may block, allocate and start threads. Parameters that are none are
+//!   [`DeviceOpenError::Parameters`](crate::DeviceOpenError::Parameters); what is not there, cannot be read or means
+//!   nothing, a file too, is [`DeviceOpenError::Driver`](crate::DeviceOpenError::Driver).
+//! - **Fingers.** As many as the user has in the scene, `setup.rest_positions().count()`, in the same order. Fingers beyond
+//!   these are left out. A device with fewer runs, and a note of the session says so: the prediction is of all fingers.
+//! - **Time.** A tick's instant in session time is `scene.rates.control_hz.instant(tick)`. The first tick need not be 0: a
+//!   host that joins late begins where the session is. A device whose own time begins with it keeps the tick of
+//!   [`start`](Device::start); one that is a function of session time has nothing to start.
 //! - **Read.** Where the haptic interface points are, in SI units, in the world frame, finite. Twice at one tick is the
 //!   same twice. A device that cannot say says why: `DeviceError::driver(reason)`; that does not allocate, and stands in
 //!   the session's notes, its summary and its recording, with the device's name.
@@ -22,6 +28,9 @@
 //!   program makes the force; a driver goes further and tells the hardware.
 //! - **Only where it means something:** [`start`](Device::start), [`observe`](Device::observe), and
 //!   [`is_guided`](Device::is_guided) with [`pointer_targets`](Device::pointer_targets).
+//!
+//! The analysis predicts the scene's hand (`hand`, `device`) at the device's port, not the device. With a real or a recorded
+//! hand its verdict is of the session that the scene describes; where a run ends otherwise, that hand may be why.
 //!
 //! Nothing else in cotouch asks what a device is. Recordings keep what a device reported and its limits, so that a session
 //! with any device replays without it. Devices may wrap devices: pass on what is not changed.
@@ -88,13 +97,15 @@ pub trait Device: Send {
     /// What takes the force away, from any thread; always the same switch.
     fn force_switch(&self) -> Arc<dyn ForceSwitch>;
 
-    /// The first tick at this device will be `tick`. A device that simulates its user begins there.
+    /// The first tick at this device will be `tick`; called once, before the first [`read`](Self::read). A device that
+    /// simulates its user begins there.
     fn start(&mut self, tick: u64) {
         let _ = tick;
     }
 
     /// From now on, the present place of the first haptic interface point is `position` (m, world): the frame of the
-    /// device is moved, not the device. For a user who comes to a world that has moved on.
+    /// device is moved, not the device. For a user who comes to a world that has moved on: it comes after a read, and the
+    /// same tick is then read again, in the moved frame.
     fn recentre(&mut self, position: DVec3);
 
     /// What the user sees at the instant of the last read; called before each write.

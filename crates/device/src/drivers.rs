@@ -20,7 +20,7 @@ type Open = fn(parameters: &str, setup: DeviceSetup<'_>) -> Result<Box<dyn Devic
 
 /// All kinds of devices.
 #[rustfmt::skip]
-pub const DRIVERS: [Driver; 2] = [
+pub const DRIVERS: &[Driver] = &[
     Driver { name: guided::NAME, summary: "The simulated hand of the scene: it follows its script, and a pointer on the page may take it.", open: guided::open },
     Driver { name: still::NAME, summary: "Fingers that stay where the scene has them start, whatever they feel.", open: still::open },
 ];
@@ -45,6 +45,6 @@ pub fn driver(spec: &str) -> Result<&'static Driver, DeviceOpenError> {
     let name = spec.split_once(':').map_or(spec, |(name, _)| name);
     DRIVERS.iter().find(|driver| driver.name == name).ok_or_else(|| DeviceOpenError::Unknown {
         name: name.to_owned(),
-        known: DRIVERS.map(|driver| driver.name).join(", "),
+        known: DRIVERS.iter().map(|driver| driver.name).collect::<Vec<_>>().join(", "),
     })
 }

@@ -89,12 +89,12 @@ pub enum DeviceOpenError {
         /// The names of all drivers.
         known: String,
     },
-    /// What stands after the driver's name is not what it takes.
+    /// What stands after the driver's name is not what it takes, whatever there is on this machine: no port number, say.
     #[error("the device {driver} takes {allowed}; found \"{found}\"")]
     Parameters {
         /// The driver's name in the table.
         driver: &'static str,
-        /// How many readings came.
+        /// What stands there.
         found: String,
         /// What may stand there.
         allowed: &'static str,
@@ -102,7 +102,8 @@ pub enum DeviceOpenError {
     /// The scene's hand cannot be simulated.
     #[error(transparent)]
     Hand(#[from] FingerError),
-    /// The device is not there, or does not work.
+    /// The device is not there, or does not work; also a file that the parameters name and that cannot be read or means
+    /// nothing. The source is any error, or a sentence: `"line 3: 7 numbers, not 6".into()`.
     #[error("{driver}: {source}")]
     Driver {
         /// The driver's name in the table.

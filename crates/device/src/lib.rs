@@ -64,7 +64,7 @@ mod trajectory;
 mod tremor;
 mod user;
 
-pub use acted::{Acted, LimitWatch};
+pub use acted::Acted;
 pub use device::{Device, DeviceLimits, WorldView};
 pub use drivers::{DEFAULT_DEVICE, DRIVERS, Driver, driver, open};
 pub use energy::PortEnergy;

@@ -10,7 +10,8 @@ use crate::device::{Device, DeviceLimits};
 use crate::error::DeviceError;
 use crate::switch::{ForceSwitch, HeldWrenches};
 
-/// Readings as a function of session time (s), one a finger, always as many.
+/// Readings as a function of session time (s), one a finger, always as many. Whichever tick is the first, a trajectory is
+/// where it is at that time: [`Device::start`] changes nothing.
 pub struct TrajectoryDevice<F> {
     control: Rate,
     trajectory: F,

@@ -3,18 +3,16 @@
 //!
 //! Before corners are looked at closely, the spheres around whole bodies are: what is far costs next to nothing.
 
-use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, SpringDamper};
 use cotouch_world::wall::FixedPlane;
-use cotouch_world::{BodyState, Cancellation, ContactForce, ContactModel, ContactState, Sphere, touch_plane};
+use cotouch_world::{BodyState, Cancellation, ContactModel, ContactState, Sphere, touch_plane};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::bodies::Bodies;
 use crate::contact_table::{ContactTable, Group, Obstacle};
-use crate::output::{ContactPoint, ContactRecord, ContactSurface, CouplerOutput, TickOutput};
-use crate::slots::CouplerSlots;
+use crate::output::{ContactPoint, ContactRecord, ContactSurface, TickOutput};
 use crate::touching::Touching;
 
 /// Bodies so far (m) from touching are near all the same: what comes fast is known from outside before it is inside.
@@ -24,7 +22,6 @@ const NEAR_M: f64 = 0.05;
 #[derive(Clone, Debug)]
 pub(crate) struct Contacts {
     table: ContactTable,
-    slots: CouplerSlots,
     finger_radius_m: f64,
     walls: Vec<FixedPlane>,
     /// Own fingers.
@@ -48,13 +45,7 @@ pub struct ContactStates {
 
 impl Contacts {
     /// For users with so many fingers each; without a world, as at a client, nothing touches.
-    pub(crate) fn new(
-        scene: &Scene,
-        has_world: bool,
-        slots: CouplerSlots,
-        fingers: &[u8],
-        bodies: &Bodies,
-    ) -> Self {
+    pub(crate) fn new(scene: &Scene, has_world: bool, fingers: &[u8], bodies: &Bodies) -> Self {
         let models = bodies.models();
         let surfaces: Vec<usize> =
             (0..models.len()).filter(|&body| has_world && models[body].surface.exists()).collect();
@@ -85,7 +76,6 @@ impl Contacts {
             .then_some(Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
         Self {
             table: ContactTable::new(fingers, models, surfaces, walls.len()),
-            slots,
             finger_radius_m: scene.hand.finger_radius_m,
             walls,
             own: ContactModel {
@@ -170,27 +160,8 @@ impl Contacts {
                 force,
                 depth_m: found.depth_m,
             });
-            output.list_coupler(self.coupler(finger, contact, index, &found, (&body.pose, &sphere)));
         }
         on_finger
-    }
-
-    /// The coupler that a contact is, with springs across and along the surface.
-    fn coupler(
-        &self,
-        finger: Touching,
-        contact: &ContactState,
-        body: usize,
-        found: &ContactForce,
-        (pose, sphere): (&Pose, &Sphere),
-    ) -> CouplerOutput {
-        let model = self.model(finger);
-        CouplerOutput {
-            slot: self.slots.finger(finger.host, finger.finger, body),
-            held: finger.is_held,
-            stiffness_n_per_m: finger.fade * model.normal.stiffness_n_per_m,
-            stretch: found.normal * found.depth_m + slip(model, contact, pose, sphere, found.normal),
-        }
     }
 
     /// The force (N) that [`touch_bodies`](Self::touch_bodies) would find for this finger at this instant; nothing
@@ -283,14 +254,4 @@ impl Contacts {
             });
         }
     }
-}
-
-/// How far the tangential spring is stretched, in the measure in which the normal spring's stiffness gives its energy, m.
-fn slip(model: &ContactModel, contact: &ContactState, pose: &Pose, sphere: &Sphere, normal: DVec3) -> DVec3 {
-    let ratio = model.tangential.stiffness_n_per_m / model.normal.stiffness_n_per_m;
-    if !ratio.is_normal() {
-        return DVec3::ZERO;
-    }
-    let from_anchor = sphere.centre - pose.to_world(contact.anchor);
-    (from_anchor - normal * from_anchor.dot(normal)) * ratio.sqrt()
 }

@@ -15,10 +15,9 @@ use cotouch_world::coupler::Stretch;
 use glam::DVec3;
 
 use crate::bodies::Bodies;
-use crate::output::{CouplerOutput, TickOutput};
+use crate::output::TickOutput;
 use crate::peers::PeerState;
 use crate::samples;
-use crate::slots::CouplerSlots;
 
 /// The channels between the own copy of every body that moves and the copies of the peers.
 #[derive(Clone, Debug)]
@@ -33,7 +32,6 @@ pub(crate) struct CopyCoupling {
 #[derive(Clone, Debug)]
 struct Channel {
     kind: ChannelKind,
-    gains: CouplingGains,
     scheme: Arc<dyn Scheme>,
     size: SchemeSize,
     /// Where its memory begins in that of a body and a peer: ticks', then network steps'.
@@ -70,7 +68,7 @@ impl CopyCoupling {
             let scheme = scheme(gains);
             let (size, first) = (scheme.size(), coupling.memory_per_body);
             coupling.memory_per_body += size.tick_memory + size.step_memory;
-            coupling.channels.push(Channel { kind, gains, scheme, size, first });
+            coupling.channels.push(Channel { kind, scheme, size, first });
         }
         coupling
     }
@@ -139,12 +137,6 @@ impl CopyCoupling {
                 let share = channel.scheme.weight(present_peers) * *fade;
                 let force = share * channel.scheme.tick(channel.tick_memory(memory), &motion);
                 channel.push(&mut output.wrenches[object], force);
-                output.list_coupler(CouplerOutput {
-                    slot: channel.slot(from, object),
-                    held: true,
-                    stiffness_n_per_m: share * channel.gains.stiffness,
-                    stretch: motion.apart.position,
-                });
             }
         }
     }
@@ -173,13 +165,6 @@ impl Channel {
         match self.kind {
             ChannelKind::Translation => on_body.force += force,
             ChannelKind::Rotation => on_body.torque += force,
-        }
-    }
-
-    fn slot(&self, from: HostIndex, object: usize) -> u16 {
-        match self.kind {
-            ChannelKind::Translation => CouplerSlots::copy(from, object),
-            ChannelKind::Rotation => CouplerSlots::rotation(from, object),
         }
     }
 

@@ -6,14 +6,12 @@ use cotouch_world::coupler::{Stretch, force};
 use glam::DVec3;
 
 use crate::bodies::Bodies;
-use crate::output::{CouplerOutput, TickOutput};
-use crate::slots::CouplerSlots;
+use crate::output::TickOutput;
 use crate::touching::Touching;
 
 /// The couplers of all fingers that a host knows of.
 #[derive(Clone, Debug)]
 pub(crate) struct PointCouplers {
-    slots: CouplerSlots,
     /// Bodies without a surface that move, by their index.
     points: Vec<usize>,
     /// To own fingers.
@@ -23,10 +21,9 @@ pub(crate) struct PointCouplers {
 }
 
 impl PointCouplers {
-    pub(crate) fn new(coupling: &Coupling, slots: CouplerSlots, bodies: &Bodies) -> Self {
+    pub(crate) fn new(coupling: &Coupling, bodies: &Bodies) -> Self {
         let has_no_surface = |&body: &usize| !bodies.models()[body].surface.exists();
         Self {
-            slots,
             points: bodies.moving().iter().copied().filter(has_no_surface).collect(),
             own: coupling.hand_object,
             held: coupling.remote_hand_object,
@@ -45,12 +42,6 @@ impl PointCouplers {
         for &body in &self.points {
             let stretch = Stretch::between(bodies[body].point(), hand);
             let from_hand = finger.fade * force(spring, stretch);
-            output.list_coupler(CouplerOutput {
-                slot: self.slots.finger(finger.host, finger.finger, body),
-                held: finger.is_held,
-                stiffness_n_per_m: finger.fade * spring.stiffness_n_per_m,
-                stretch: stretch.position,
-            });
             output.wrenches[body].force += from_hand;
             on_finger -= from_hand;
         }

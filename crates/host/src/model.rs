@@ -16,7 +16,6 @@ use crate::contacts::Contacts;
 use crate::coordination::CopyCoupling;
 use crate::couplers::PointCouplers;
 use crate::peers::Peers;
-use crate::slots::CouplerSlots;
 use crate::soft_fingers::SoftFingers;
 
 /// What a host does in its session.
@@ -63,7 +62,6 @@ impl HostModel {
         let role = role(scene.session.architecture, host);
         let fingers = |user: &cotouch_scene::scene::User| user.fingers.len().clamp(1, MAX_FINGERS) as u8;
         let fingers: Vec<u8> = scene.users.iter().map(fingers).collect();
-        let slots = CouplerSlots::new(host);
         let bodies = Bodies::new(scene);
         let has_world = role != Role::Client;
         Self {
@@ -73,10 +71,10 @@ impl HostModel {
             schedule: scene.schedule(),
             about: bodies.start().iter().map(|body| body.pose.orientation).collect(),
             peers: Peers::new(scene),
-            couplers: PointCouplers::new(&scene.coupling, slots, &bodies),
-            contacts: Contacts::new(scene, has_world, slots, &fingers, &bodies),
+            couplers: PointCouplers::new(&scene.coupling, &bodies),
+            contacts: Contacts::new(scene, has_world, &fingers, &bodies),
             copies: (role == Role::Peer).then(|| CopyCoupling::new(scene, host, &bodies)),
-            soft: (scene.soft.exists() && has_world).then(|| SoftFingers::new(scene, host, slots, &fingers)),
+            soft: (scene.soft.exists() && has_world).then(|| SoftFingers::new(scene, host, &fingers)),
             fingers,
             bodies,
         }
@@ -129,12 +127,6 @@ impl HostModel {
     #[must_use]
     pub fn has_surfaces(&self) -> bool {
         self.bodies.have_surfaces()
-    }
-
-    /// Couplers are numbered below this.
-    #[must_use]
-    pub fn coupler_slots(&self) -> usize {
-        CouplerSlots::count(self.users)
     }
 
     /// Vectors that the coordination scheme remembers for each peer.

@@ -2,7 +2,7 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::{Wrench, Wrenches};
-use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS, MAX_COUPLERS};
+use cotouch_scene::limits::{MAX_BODIES, MAX_CONTACTS};
 use cotouch_scene::names::HostIndex;
 use cotouch_world::Phase;
 use glam::DVec3;
@@ -17,9 +17,6 @@ pub struct TickOutput {
     pub device: Wrenches,
     /// The wrench on this host's copy of each body, about its centre of mass, N and N·m; none at a client.
     pub wrenches: ArrayVec<Wrench, MAX_BODIES>,
-    /// Every coupler that this host evaluated, those to fingers that touch a body included; the forces of any more than
-    /// [`MAX_COUPLERS`] count all the same.
-    pub couplers: ArrayVec<CouplerOutput, MAX_COUPLERS>,
     /// Every contact that is not free: fingers first. The forces of any more than [`MAX_CONTACTS`] count all the same.
     pub contacts: ArrayVec<ContactRecord, MAX_CONTACTS>,
     /// What goes to the slow simulation after this tick, at the ticks at which something does.
@@ -38,16 +35,10 @@ impl TickOutput {
         self.device.extend(zeros(fingers));
         self.wrenches.clear();
         self.wrenches.extend(zeros(bodies));
-        self.couplers.clear();
         self.contacts.clear();
         self.slow = None;
         self.touches_wall = false;
         self.diverged = false;
-    }
-
-    /// Lists a coupler; what finds no place in the list counts all the same.
-    pub(crate) fn list_coupler(&mut self, coupler: CouplerOutput) {
-        let _ = self.couplers.try_push(coupler);
     }
 
     /// Lists a contact; what finds no place in the list counts all the same.
@@ -61,19 +52,6 @@ impl TickOutput {
         wrench.force += force;
         wrench.torque += (point - position).cross(force);
     }
-}
-
-/// One evaluated coupler.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct CouplerOutput {
-    /// Which coupler, below [`HostModel::coupler_slots`](crate::HostModel::coupler_slots).
-    pub slot: u16,
-    /// Whether its far end is a held sample.
-    pub held: bool,
-    /// N/m (N·m/rad of a coupler for turning), faded.
-    pub stiffness_n_per_m: f64,
-    /// m (rad).
-    pub stretch: DVec3,
 }
 
 /// One contact that is not free.

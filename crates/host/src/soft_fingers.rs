@@ -9,9 +9,8 @@ use cotouch_world::Phase;
 use cotouch_world::local::{LocalFinger, Slots};
 use glam::DVec3;
 
-use crate::output::{ContactPoint, ContactRecord, ContactSurface, CouplerOutput, TickOutput};
+use crate::output::{ContactPoint, ContactRecord, ContactSurface, TickOutput};
 use crate::peers::PeerState;
-use crate::slots::CouplerSlots;
 use crate::soft::{SoftContactOutput, SoftContacts, SoftHostState};
 use crate::touching::Touching;
 
@@ -20,19 +19,18 @@ use crate::touching::Touching;
 pub(crate) struct SoftFingers {
     pub(crate) contacts: SoftContacts,
     host: HostIndex,
-    slots: CouplerSlots,
     /// Every finger of every user, in the order of slots.
     fingers: Vec<(HostIndex, usize)>,
 }
 
 impl SoftFingers {
     /// For users with so many fingers each.
-    pub(crate) fn new(scene: &Scene, host: HostIndex, slots: CouplerSlots, fingers: &[u8]) -> Self {
+    pub(crate) fn new(scene: &Scene, host: HostIndex, fingers: &[u8]) -> Self {
         let contacts = SoftContacts::new(scene);
         let all = (0..).map(HostIndex).zip(fingers);
         let all =
             all.flat_map(|(host, &fingers)| (0..usize::from(fingers)).map(move |finger| (host, finger)));
-        Self { fingers: all.take(contacts.slots()).collect(), contacts, host, slots }
+        Self { fingers: all.take(contacts.slots()).collect(), contacts, host }
     }
 
     /// All contacts one tick on: forces on own fingers and what goes to the simulation, into `output`.
@@ -91,13 +89,6 @@ impl SoftFingers {
             phase: if contact.sliding { Phase::Slide } else { Phase::PreSlide },
             force: finger.fade * contact.force,
             depth_m: contact.depth_m,
-        });
-        let stiffness = contact.stiffness_n_per_m;
-        output.list_coupler(CouplerOutput {
-            slot: self.slots.finger(finger.host, finger.finger, 0),
-            held: true,
-            stiffness_n_per_m: finger.fade * stiffness,
-            stretch: if stiffness > 0.0 { contact.force / stiffness } else { DVec3::ZERO },
         });
     }
 }

@@ -3,7 +3,7 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
-use crate::snapshot::Lately;
+use crate::observer::{LiveVerdict, RunVerdict};
 
 /// What others may ask of the haptic thread, and what it tells them.
 #[derive(Debug, Default)]
@@ -15,12 +15,12 @@ pub(crate) struct Control {
     pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
-    /// Whether the run has stayed stable so far.
-    pub(crate) stable: AtomicVerdict,
-    /// Whether the last seconds were stable.
-    lately: AtomicVerdict,
-    /// Bits of the energy (J) that goes with it.
-    oscillation_j: AtomicU64,
+    /// What the run has been so far.
+    pub(crate) verdict: AtomicVerdict,
+    /// What it is now.
+    now: AtomicVerdict,
+    /// Bits of the force (N) that goes with it.
+    fast_force_n: AtomicU64,
     /// What the system did not allow the haptic thread.
     pub(crate) warning: Mutex<Option<String>>,
 }
@@ -31,34 +31,31 @@ impl Control {
         self.ended.load(Ordering::Acquire) || self.stop.load(Ordering::Relaxed)
     }
 
-    /// Tells what the last seconds were like. No allocation, no lock.
-    pub(crate) fn tell_lately(&self, lately: Lately) {
-        self.lately.store(lately.stable);
-        self.oscillation_j.store(lately.oscillation_j.to_bits(), Ordering::Relaxed);
+    /// Tells what goes on. No allocation, no lock.
+    pub(crate) fn tell_now(&self, now: LiveVerdict) {
+        self.now.store(now.verdict);
+        self.fast_force_n.store(now.fast_force_n.to_bits(), Ordering::Relaxed);
     }
 
-    /// What the last seconds were like.
-    pub(crate) fn lately(&self) -> Lately {
-        Lately {
-            stable: self.lately.load(),
-            oscillation_j: f64::from_bits(self.oscillation_j.load(Ordering::Relaxed)),
-        }
+    /// What goes on.
+    pub(crate) fn now(&self) -> LiveVerdict {
+        let fast_force_n = f64::from_bits(self.fast_force_n.load(Ordering::Relaxed));
+        LiveVerdict { verdict: self.now.load(), fast_force_n }
     }
 }
 
-/// Stable, unstable, or too early to say (`None`, and so at first). Lock-free.
+/// A verdict, or too early to say (`None`, and so at first). Lock-free.
 #[derive(Debug, Default)]
 pub(crate) struct AtomicVerdict(AtomicU8);
 
 impl AtomicVerdict {
-    pub(crate) fn store(&self, stable: Option<bool>) {
-        self.0.store(stable.map_or(0, |stable| 2 - u8::from(stable)), Ordering::Relaxed);
+    pub(crate) fn store(&self, verdict: Option<RunVerdict>) {
+        self.0.store(verdict.map_or(0, |verdict| 1 + verdict as u8), Ordering::Relaxed);
     }
 
-    pub(crate) fn load(&self) -> Option<bool> {
-        match self.0.load(Ordering::Relaxed) {
-            0 => None,
-            code => Some(code == 1),
-        }
+    pub(crate) fn load(&self) -> Option<RunVerdict> {
+        [RunVerdict::Quiet, RunVerdict::Shaking, RunVerdict::Diverging]
+            .into_iter()
+            .find(|&verdict| 1 + verdict as u8 == self.0.load(Ordering::Relaxed))
     }
 }

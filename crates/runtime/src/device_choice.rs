@@ -52,9 +52,34 @@ pub(crate) fn open_device(
     open(spec, DeviceSetup { scene, host, guide: Box::new(guide) })
 }
 
+/// What a person is to know before a session begins in which the user at `host` has `device`: that it has too few fingers.
+pub(crate) fn missing_fingers(scene: &Scene, host: HostIndex, device: &dyn Device) -> Option<String> {
+    let user = &scene.users[host.index()];
+    let (found, expected) = (device.fingers(), user.fingers.len());
+    let note = || {
+        format!("{}'s device has {found} of {expected} fingers; the prediction is of {expected}", user.name)
+    };
+    (found < expected).then(note)
+}
+
 #[cfg(test)]
 mod tests {
+    use cotouch_device::StillDevice;
+    use glam::DVec3;
+
     use super::*;
+
+    #[test]
+    fn too_few_fingers_are_told_and_enough_are_not() {
+        let scene = cotouch_scene::load("grasp", &[]).unwrap();
+        let told = |fingers: usize| {
+            let device = StillDevice::new(std::iter::repeat_n(DVec3::ZERO, fingers));
+            missing_fingers(&scene, HostIndex(1), &device)
+        };
+        let user = &scene.users[1].name;
+        let note = format!("{user}'s device has 1 of 2 fingers; the prediction is of 2");
+        assert_eq!((told(1), told(2), told(3)), (Some(note), None, None));
+    }
 
     #[test]
     fn the_last_choice_for_a_user_counts() {

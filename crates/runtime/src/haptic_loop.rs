@@ -11,18 +11,14 @@ use crate::clock;
 use crate::control::Control;
 use crate::haptic_host::HapticHost;
 use crate::mailbox::Mailbox;
-use crate::monitor::{LatelyMonitor, OscillationMonitor};
 use crate::network_threads::HapticPort;
+use crate::observer::{LiveVerdict, Observer};
 use crate::priority;
-use crate::snapshot::Lately;
 
 /// Displays are told of at most every this many nanoseconds.
 const SNAPSHOT_PERIOD_NS: i64 = 1_000_000_000 / 60;
-/// The verdict so far is renewed every second, the first time when there is something to judge.
-const VERDICT_PERIOD_NS: i64 = 1_000_000_000;
-/// What the last seconds were like is renewed so often.
-const LATELY_PERIOD_NS: i64 = 100_000_000;
-const FIRST_VERDICT_NS: i64 = 3_000_000_000;
+/// What goes on now is told so often.
+const NOW_PERIOD_NS: i64 = 100_000_000;
 /// After this time a device that still renders a force is let go of by ending anyway, s.
 const LONGEST_RELEASE_S: f64 = 2.0;
 
@@ -80,8 +76,7 @@ fn run_ticks(
     let mut give_up = u64::MAX;
     let mut tick = first;
     let mut next_snapshot_ns = 0;
-    let mut next_verdict_ns = FIRST_VERDICT_NS;
-    let mut next_lately_ns = 0;
+    let mut next_now_ns = 0;
     loop {
         let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else {
             if control.stop.load(Ordering::Relaxed) && hosts[0].port.clock().is_none() {
@@ -96,10 +91,7 @@ fn run_ticks(
             give_up = due.saturating_add(rate.ticks_in(LONGEST_RELEASE_S));
         }
         let shows = elapsed_ns >= next_snapshot_ns;
-        if mailbox.deliver(hosts) {
-            control.stable.store(None);
-            next_verdict_ns = elapsed_ns + FIRST_VERDICT_NS;
-        }
+        mailbox.deliver(hosts);
         for host in hosts.iter_mut() {
             if releasing {
                 host.station.release();
@@ -114,13 +106,11 @@ fn run_ticks(
         if shows {
             next_snapshot_ns = elapsed_ns + SNAPSHOT_PERIOD_NS;
         }
-        if elapsed_ns >= next_lately_ns {
-            next_lately_ns = elapsed_ns + LATELY_PERIOD_NS;
-            control.tell_lately(lately(hosts));
-        }
-        if elapsed_ns >= next_verdict_ns {
-            next_verdict_ns = elapsed_ns + VERDICT_PERIOD_NS;
-            control.stable.store(Some(is_stable(hosts)));
+        if elapsed_ns >= next_now_ns {
+            next_now_ns = elapsed_ns + NOW_PERIOD_NS;
+            let observers = || hosts.iter().map(|host| &host.station.observer);
+            control.tell_now(LiveVerdict::combine(observers().map(Observer::now)));
+            control.verdict.store(observers().map(Observer::verdict).max());
         }
         if !releasing || control.elapsed_ns.load(Ordering::Relaxed) == 0 {
             // One period on: where this tick ends. The release afterwards is not part of the run.
@@ -132,23 +122,6 @@ fn run_ticks(
         }
         tick = due + 1;
     }
-}
-
-/// What the last seconds were like at all hosts together. Between ticks; no allocation.
-fn lately(hosts: &[HapticHost]) -> Lately {
-    let diverged = hosts.iter().any(|host| host.station.state.host.diverged);
-    LatelyMonitor::combine(hosts.iter().map(|host| &host.station.lately), diverged)
-}
-
-/// Whether the run was stable, if it ended now. Between ticks; no allocation.
-fn is_stable(hosts: &[HapticHost]) -> bool {
-    let control = |host: &HapticHost| host.station.model.schedule.control();
-    let limited = hosts
-        .iter()
-        .any(|host| host.station.limits.is_exceeded(control(host)) || host.station.state.host.diverged);
-    let quarters = hosts.iter().map(|host| host.station.oscillation.last_two_quarters_j());
-    let (before_j, last_j) = quarters.fold((0.0, 0.0), |sum, of| (sum.0 + of.0, sum.1 + of.1));
-    !limited && !OscillationMonitor::grows(before_j, last_j)
 }
 
 /// Waits for the instant of `tick`. The tick that is due then (a later one when this comes too late), and how late it

@@ -35,8 +35,8 @@ mod joining;
 mod live;
 mod mailbox;
 mod messages;
-mod monitor;
 mod network_threads;
+mod observer;
 mod options;
 mod pointer;
 mod priority;
@@ -67,8 +67,8 @@ pub use export::{ExportError, export_csv};
 pub use faults::{DeviceFaults, FaultText};
 pub use joining::full_session_endpoint;
 pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path};
-pub use monitor::{LatelyMonitor, OscillationMonitor};
 pub use network_threads::{HapticPort, Inbound, NetworkThreads, Outbound};
+pub use observer::{Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, Shaking};
 pub use options::RealTimeOptions;
 pub use pointer::{HeldBy, PointerHandle, Seat, TakeError};
 pub use record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
@@ -78,11 +78,11 @@ pub use replay::{Comparison, Difference, ReplayError, Replayed, TickDifference, 
 pub use session_handle::{LOOK_PERIOD, SessionHandle};
 pub use slow::{SlowPort, slow_simulation};
 pub use slow_thread::start_slow_thread;
-pub use snapshot::{FingerSnapshot, HostSnapshot, Lately, LinkSnapshot, Snapshot, SurfaceShown};
+pub use snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot, SurfaceShown};
 pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
-    DeviceFaultSummary, EarlierSession, HapticSummary, Instability, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, Predicted, RoundTrip, SoftSummary, Summary, UserSummary,
+    DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
+    PassivitySummary, Percentiles, Predicted, RoundTrip, ShakingSummary, SoftSummary, Summary, UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

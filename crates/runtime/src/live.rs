@@ -179,6 +179,12 @@ impl LiveSession {
         self.guests.let_in(free_place)
     }
 
+    /// What a person is to know of the devices of this process, in words; nothing between two sessions.
+    #[must_use]
+    pub fn device_notes(&self) -> Vec<String> {
+        self.shared.present().handle.as_ref().map(SessionHandle::device_notes).unwrap_or_default()
+    }
+
     /// News in words since the last call. That the hosts of one process find each other is none.
     #[must_use]
     pub fn take_news(&self) -> Vec<String> {

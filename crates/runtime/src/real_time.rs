@@ -16,7 +16,7 @@ use cotouch_scene::scene::{Architecture, Impairment, Link, PlayOut, Scene};
 
 use crate::clock;
 use crate::control::Control;
-use crate::device_choice::open_device;
+use crate::device_choice::{missing_fingers, open_device};
 use crate::exchange::RecordSink;
 use crate::haptic_host::HapticHost;
 use crate::haptic_loop;
@@ -218,6 +218,7 @@ fn start(
     for (((network, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
+        let device_note = missing_fingers(scene, host, &device);
         let mut station = Station::new(scene, host, device, sink);
         let mut soft = None;
         if let Some(simulation) = simulation.clone().filter(|_| is_simulated_at(scene, host)) {
@@ -225,7 +226,7 @@ fn start(
             (station, soft) = (station.with_soft(port), Some(thread));
         }
         haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
-        locals.push(Local { host, network, snapshot: snapshot_out, soft, told_faults: 0 });
+        locals.push(Local { host, network, snapshot: snapshot_out, soft, device_note, told_faults: 0 });
     }
     let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();

@@ -75,6 +75,7 @@ pub(crate) fn facts(summary: &Summary) -> BTreeMap<String, String> {
     BTreeMap::from([
         ("duration_s".to_owned(), summary.duration_s.to_string()),
         ("stable".to_owned(), summary.stable.to_string()),
+        ("verdict".to_owned(), summary.verdict.in_words().to_owned()),
         ("ticks".to_owned(), summary.haptic.ticks.to_string()),
         ("missed".to_owned(), summary.haptic.missed.to_string()),
     ])

@@ -28,6 +28,8 @@ pub(crate) struct Local {
     pub(crate) snapshot: triple_buffer::Output<HostSnapshot>,
     /// The thread of the soft object's simulation, where there is one.
     pub(crate) soft: Option<JoinHandle<()>>,
+    /// What a person is to know of its device, in words.
+    pub(crate) device_note: Option<String>,
     /// Failures of its device that were told as news already.
     pub(crate) told_faults: u64,
 }
@@ -189,6 +191,12 @@ impl SessionHandle {
         self.lock().iter().flat_map(|local| local.network.take_news()).collect()
     }
 
+    /// What a person is to know of the devices of this process as the session begins, in words.
+    #[must_use]
+    pub fn device_notes(&self) -> Vec<String> {
+        self.lock().iter().filter_map(|local| local.device_note.clone()).collect()
+    }
+
     /// How devices of this process have begun to fail since the last call, in words.
     #[must_use]
     pub fn take_device_faults(&self) -> Vec<String> {
@@ -289,8 +297,8 @@ impl SessionHandle {
         });
         let hosts: Vec<HostSnapshot> = hosts.collect();
         let time_s = hosts.iter().map(|host| host.time_s).fold(0.0, f64::max);
-        let stable = self.control.stable.load();
-        Snapshot { time_s, stable, lately: self.control.lately(), ended: self.has_ended(), hosts }
+        let (verdict, now) = (self.control.verdict.load(), self.control.now());
+        Snapshot { time_s, verdict, now, ended: self.has_ended(), hosts }
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a

@@ -15,29 +15,21 @@ use glam::DVec3;
 use serde::Serialize;
 
 use crate::faults::FaultText;
+use crate::observer::{LiveVerdict, RunVerdict};
 
 /// A session right now.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Snapshot {
     /// Session time of the newest tick, s.
     pub time_s: f64,
-    /// Whether the run has stayed stable so far; `None` while it is too early to say.
-    pub stable: Option<bool>,
-    /// What the last seconds were like.
-    pub lately: Lately,
+    /// What the run has been so far; `None` while it is too early to say.
+    pub verdict: Option<RunVerdict>,
+    /// What goes on now.
+    pub now: LiveVerdict,
     /// Whether the session is over; the numbers are the last ones.
     pub ended: bool,
     /// Every host that this process knows of.
     pub hosts: Vec<HostSnapshot>,
-}
-
-/// The last seconds of a session, whatever came before them.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
-pub struct Lately {
-    /// Whether they were stable; `None` while it is too early to say.
-    pub stable: Option<bool>,
-    /// Energy that all hosts' couplers hold above 8 Hz, over the last half second, J.
-    pub oscillation_j: f64,
 }
 
 /// One host right now. Vectors are in the world frame.

@@ -31,7 +31,7 @@ pub enum StartError {
         reason: String,
     },
     /// Nobody answered in time.
-    #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and does UDP get through?", JOIN_PATIENCE.as_secs())]
+    #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and do datagrams get through?", JOIN_PATIENCE.as_secs())]
     Silence {
         /// The address of the session's server.
         server: Route,

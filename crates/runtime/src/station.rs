@@ -8,8 +8,7 @@
 
 use arrayvec::ArrayVec;
 use cotouch_device::{
-    Acted, Device, DeviceError, Governor, GovernorInput, GovernorOutput, GovernorState, LimitWatch,
-    PortEnergy, WorldView,
+    Acted, Device, DeviceError, Governor, GovernorInput, GovernorOutput, GovernorState, PortEnergy, WorldView,
 };
 use cotouch_host::{HostModel, HostState, Role, TickOutput};
 use cotouch_net::StatePacket;
@@ -23,7 +22,7 @@ use serde::{Deserialize, Serialize};
 use crate::change::HostChange;
 use crate::exchange::RecordSink;
 use crate::faults::DeviceFaults;
-use crate::monitor::{LatelyMonitor, OscillationMonitor};
+use crate::observer::{Observer, Rendered};
 use crate::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use crate::slow::SlowPort;
 use crate::summary::PassivitySummary;
@@ -43,12 +42,8 @@ pub struct Station<D> {
     pub state: StationState,
     /// The device in the user's hand.
     pub device: D,
-    /// Watches for oscillation in the couplers.
-    pub oscillation: OscillationMonitor,
-    /// Watches for limits that act for long.
-    pub limits: LimitWatch,
-    /// Watches the last seconds.
-    pub lately: LatelyMonitor,
+    /// Judges the run.
+    pub observer: Observer,
     governor: Governor,
     /// The way to the simulation of a soft object, where this host has one.
     soft: Option<SlowPort>,
@@ -156,9 +151,7 @@ impl<D: Device> Station<D> {
         Self {
             state,
             device,
-            oscillation: OscillationMonitor::new(&scene.schedule(), model.coupler_slots()),
-            limits: LimitWatch::default(),
-            lately: LatelyMonitor::new(&scene.schedule()),
+            observer: Observer::new(scene, fingers),
             governor,
             soft: None,
             surface: SurfaceRecord::default(),
@@ -208,9 +201,7 @@ impl<D: Device> Station<D> {
             model: self.model.clone(),
             state: self.state.clone(),
             device: self.device.clone(),
-            oscillation: self.oscillation.clone(),
-            limits: self.limits,
-            lately: self.lately.clone(),
+            observer: self.observer.clone(),
             governor: self.governor.clone(),
             soft: self.soft.as_ref().and_then(SlowPort::fork),
             surface: SurfaceRecord::default(),
@@ -271,7 +262,7 @@ impl<D: Device> Station<D> {
     }
 
     /// Goes on with other constants, if the state is one of them; whether it is. What was before stays in `change`, to be
-    /// dropped elsewhere, and what watches over the run begins anew. No allocation, no lock.
+    /// dropped elsewhere. No allocation, no lock.
     pub fn change(&mut self, change: &mut HostChange) -> bool {
         if change.model.host != self.model.host || !self.state.fits(&change.model) {
             return false;
@@ -288,8 +279,6 @@ impl<D: Device> Station<D> {
         }
         std::mem::swap(&mut self.model, &mut change.model);
         self.governor = Governor::new(&change.governor, self.device.limits(), self.model.schedule.control());
-        self.oscillation.begin_anew();
-        self.limits = LimitWatch::default();
         true
     }
 
@@ -325,7 +314,7 @@ impl<D: Device> Station<D> {
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> &TickRecord {
         self.play_out();
-        let Instant { tick, step, .. } = self.instant;
+        let tick = self.instant.tick;
         self.state.last_tick = Some(tick);
         refill(&mut self.state.last_readings, self.instant.readings.iter().copied());
         let mut view = ArrayVec::<Pose, MAX_BODIES>::new();
@@ -349,12 +338,12 @@ impl<D: Device> Station<D> {
         }
         // What a hand does when its force is taken away says nothing about the loop.
         if !self.state.releasing {
-            self.oscillation.observe(&self.output.couplers, step.is_some());
             self.braked_ticks +=
                 governed.iter().filter(|finger| finger.acted.contains(Acted::PASSIVITY)).count() as u64;
-            let acted = limits_that_count(&governed);
-            self.limits.observe(acted);
-            self.lately.observe(self.oscillation.latest_j(), acted);
+            let rendered = governed
+                .iter()
+                .map(|finger| Rendered { force_n: finger.commanded.force, acted: finger.acted });
+            self.observer.observe(tick, rendered, self.output.diverged);
         }
         if let Some(text) = self.faults.observe(self.device.name(), self.instant.fault.take()) {
             self.record(|| RecordKind::Note(Note::DeviceFault(text)));
@@ -518,12 +507,6 @@ impl<D: Device> Station<D> {
             sink.record(&RecordItem { host: self.model.host, tick: self.instant.tick, kind: kind() });
         }
     }
-}
-
-/// What acted at a finger whose force does not fade in or out.
-fn limits_that_count(governed: &[GovernorOutput]) -> Acted {
-    let acted = governed.iter().map(|finger| finger.acted);
-    acted.filter(|acted| !acted.intersects(Acted::FADING)).fold(Acted::empty(), |all, acted| all | acted)
 }
 
 /// Where the scene's fingers are before a device has said so.

@@ -7,6 +7,8 @@ use cotouch_scene::scene::{Architecture, Scene};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
 
+use crate::observer::{Divergence, RunVerdict};
+
 /// What happened in a session, or in one host's part of it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Summary {
@@ -18,10 +20,14 @@ pub struct Summary {
     pub users: u8,
     /// How long the session ran, s of session time.
     pub duration_s: f64,
-    /// Whether the run stayed stable; see [`Summary::instability`].
+    /// What the run was, from the end of its soft start to the beginning of its release.
+    pub verdict: RunVerdict,
+    /// Whether it was quiet.
     pub stable: bool,
-    /// Why it did not, if it did not.
-    pub instability: Option<Instability>,
+    /// When and why it diverged first, if it did.
+    pub diverged: Option<DivergedSummary>,
+    /// Who shook, and when.
+    pub shaking: Vec<ShakingSummary>,
     /// What the analysis had said before; `None` when it could not say anything about the scene.
     pub predicted: Option<Predicted>,
     /// The haptic loops, summed over hosts.
@@ -51,7 +57,9 @@ pub struct EarlierSession {
     pub scene: String,
     /// How long it ran, s of session time.
     pub duration_s: f64,
-    /// Whether it stayed stable.
+    /// What it was.
+    pub verdict: RunVerdict,
+    /// Whether it was quiet.
     pub stable: bool,
     /// The recording that was written.
     pub recording: Option<String>,
@@ -59,8 +67,8 @@ pub struct EarlierSession {
 
 impl From<&Summary> for EarlierSession {
     fn from(summary: &Summary) -> Self {
-        let Summary { scene, duration_s, stable, recording, .. } = summary.clone();
-        Self { scene, duration_s, stable, recording }
+        let Summary { scene, duration_s, verdict, stable, recording, .. } = summary.clone();
+        Self { scene, duration_s, verdict, stable, recording }
     }
 }
 
@@ -77,8 +85,10 @@ impl Summary {
             architecture: scene.session.architecture,
             users: scene.session.users,
             duration_s: 0.0,
+            verdict: RunVerdict::Quiet,
             stable: true,
-            instability: None,
+            diverged: None,
+            shaking: Vec::new(),
             predicted: None,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
@@ -98,28 +108,34 @@ impl Summary {
     }
 }
 
-/// Why a run counts as unstable.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Instability {
-    /// After the soft start, a limit of the governor acted for more than 20 ms on end.
-    GovernorLimit,
-    /// The couplers' energy above 8 Hz grew by half or more, and beyond 1 µJ, in the last quarter of the run.
-    EnergyGrowth,
-    /// The world left all bounds.
-    Diverged,
+/// When and why a run diverged first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DivergedSummary {
+    /// The first cause.
+    pub cause: Divergence,
+    /// Whose finger; `None` where the world left its bounds.
+    pub user: Option<String>,
+    /// Which of the user's fingers, from 1.
+    pub finger: Option<u8>,
+    /// When, s of session time.
+    pub at_s: f64,
 }
 
-impl Instability {
-    /// In words, to follow "unstable: ".
-    #[must_use]
-    pub const fn in_words(self) -> &'static str {
-        match self {
-            Self::GovernorLimit => "a force limit acted for more than 20 ms on end",
-            Self::EnergyGrowth => "the energy above 8 Hz in the couplers kept growing",
-            Self::Diverged => "the object left all bounds",
-        }
-    }
+/// A stretch of time in which a finger shook.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ShakingSummary {
+    /// Whose finger.
+    pub user: String,
+    /// Which of the user's fingers, from 1.
+    pub finger: u8,
+    /// When it began, s of session time.
+    pub from_s: f64,
+    /// When it was over, or the run was, s of session time.
+    pub to_s: f64,
+    /// The force above 8 Hz, N.
+    pub rms_n: f64,
+    /// How fast, Hz: the frequency of a sinusoid with the same rms force and the same rms change from tick to tick.
+    pub hz: f64,
 }
 
 /// What the analysis says about the whole scene.

@@ -12,12 +12,12 @@ use glam::DVec3;
 use hdrhistogram::Histogram;
 
 use crate::faults::DeviceFaults;
-use crate::monitor::OscillationMonitor;
+use crate::observer::{Diverged, RunVerdict, Shaking};
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
-    DeviceFaultSummary, HapticSummary, Instability, NetworkSummary, ObjectSummary, PassivitySummary,
-    Percentiles, RoundTrip, SoftSummary, Summary,
+    DeviceFaultSummary, DivergedSummary, HapticSummary, NetworkSummary, ObjectSummary, PassivitySummary,
+    Percentiles, RoundTrip, ShakingSummary, SoftSummary, Summary,
 };
 use crate::timing::Timing;
 
@@ -26,10 +26,9 @@ use crate::timing::Timing;
 pub(crate) struct HostRun {
     host: HostIndex,
     bodies: Vec<BodyState>,
-    diverged: bool,
-    limits_exceeded: bool,
-    /// Oscillation energy in the last quarter but one and in the last, J.
-    oscillation_j: (f64, f64),
+    verdict: RunVerdict,
+    diverged: Option<Diverged>,
+    shaking: Vec<Shaking>,
     peak_force_n: f64,
     energy_j: f64,
     passivity: PassivitySummary,
@@ -44,9 +43,9 @@ impl HostRun {
         Self {
             host: station.model.host,
             bodies: station.state.host.bodies.clone(),
-            diverged: station.state.host.diverged,
-            limits_exceeded: station.limits.is_exceeded(station.model.schedule.control()),
-            oscillation_j: station.oscillation.last_two_quarters_j(),
+            verdict: station.observer.verdict(),
+            diverged: station.observer.diverged(),
+            shaking: station.observer.shaking().collect(),
             peak_force_n: station.peak_force_n(),
             energy_j: station.energy_j(),
             passivity: station.passivity(),
@@ -93,8 +92,10 @@ impl SoftRun {
 pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Summary {
     let mut summary = Summary::new(scene);
     summary.duration_s = duration_s;
-    summary.instability = instability(runs);
-    summary.stable = summary.instability.is_none();
+    summary.verdict = runs.iter().map(|run| run.verdict).max().unwrap_or_default();
+    summary.stable = summary.verdict == RunVerdict::Quiet;
+    summary.diverged = diverged(scene, runs);
+    summary.shaking = shaking(scene, runs);
     summary.haptic = haptic(runs);
     summary.network = network(runs);
     summary.soft = soft(runs);
@@ -114,16 +115,38 @@ fn device_faults(faults: &DeviceFaults) -> Option<DeviceFaultSummary> {
     (faults.ticks() > 0).then(summary)
 }
 
-fn instability(runs: &[HostRun]) -> Option<Instability> {
-    let before_j = runs.iter().map(|run| run.oscillation_j.0).sum();
-    let last_j = runs.iter().map(|run| run.oscillation_j.1).sum();
-    if runs.iter().any(|run| run.diverged) {
-        Some(Instability::Diverged)
-    } else if runs.iter().any(|run| run.limits_exceeded) {
-        Some(Instability::GovernorLimit)
-    } else {
-        OscillationMonitor::grows(before_j, last_j).then_some(Instability::EnergyGrowth)
-    }
+fn user_name(scene: &Scene, host: HostIndex) -> String {
+    scene.users.get(host.index()).map(|user| user.name.clone()).unwrap_or_default()
+}
+
+/// The first of all hosts.
+fn diverged(scene: &Scene, runs: &[HostRun]) -> Option<DivergedSummary> {
+    let hosts = runs.iter().filter_map(|run| Some((run.host, run.diverged?)));
+    let (host, Diverged { cause, tick, finger }) = hosts.min_by_key(|(_, diverged)| diverged.tick)?;
+    Some(DivergedSummary {
+        cause,
+        user: finger.map(|_| user_name(scene, host)),
+        finger: finger.map(|finger| finger + 1),
+        at_s: scene.rates.control_hz.instant(tick).as_secs_f64(),
+    })
+}
+
+/// User by user, finger by finger.
+fn shaking(scene: &Scene, runs: &[HostRun]) -> Vec<ShakingSummary> {
+    let seconds = |tick: u64| scene.rates.control_hz.instant(tick).as_secs_f64();
+    let of = |run: &HostRun| {
+        let user = user_name(scene, run.host);
+        let told = move |&Shaking { finger, from, to, rms_n, hz }: &Shaking| ShakingSummary {
+            user: user.clone(),
+            finger: finger + 1,
+            from_s: seconds(from),
+            to_s: seconds(to + 1),
+            rms_n,
+            hz,
+        };
+        run.shaking.iter().map(told).collect::<Vec<_>>()
+    };
+    runs.iter().flat_map(of).collect()
 }
 
 fn haptic(runs: &[HostRun]) -> HapticSummary {

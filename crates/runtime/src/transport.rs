@@ -20,18 +20,21 @@
 //!
 //! 1. Write `transport/NAME.rs` after `transport/udp.rs`: a type with the methods of [`Transport`], and a [`TransportKind`] that says
 //!    how an end is opened. Routes are names that begin with the kind's scheme: `Route::Named` of `unix:/run/a.sock`, say.
-//!    Every end has a route of its own, since that is how a receiver knows where to answer.
+//!    Every end has a route of its own, since that is how a receiver knows where to answer, and all spell it alike: a join compares
+//!    routes. A named route has at most 64 bytes. `SCHEME:` alone stands for any free route, as port 0 does.
 //! 2. Name the file below, and the kind in [`KINDS`] (`transport/kinds.rs`). That is all: `cotouch serve SCENE --listen NAME:…` listens with it, and
 //!    `cotouch join NAME:…` joins.
-//! 3. Say in `LISTENING` of the conformance suite (`tests/it/transports.rs`) where two ends can listen; it fails until then.
+//! 3. Say in `LISTENING` of the conformance suite (`tests/it/transports.rs`) where two ends can listen; it fails until then. A whole
+//!    session over it stands well in `tests/it/real_time_runs.rs`.
 //!
 //! What the trait's methods promise:
 //!
 //! - Both [`send`](Transport::send) and [`receive`](Transport::receive) are called from several threads at once in real time.
-//!   `send` does not wait for the network: a datagram that cannot go out now is lost.
+//!   `send` does not wait for the network nor for a receiver whose queue is full (`SendFlags::DONTWAIT` where the system would):
+//!   a datagram that cannot go out now is lost, and the error says so.
 //! - `receive` waits for at most [`MAX_WAIT`], so that a thread in it sees a request to stop; in virtual time not at all.
 //! - Routes may have come from another host, so they may be wrong or hostile: a route that is not this transport's is an error
-//!   of `send`, never a panic.
+//!   of `send`, never a panic. What came from where nothing can be answered is dropped by `receive`.
 //! - A transport that holds datagrams back sends them in [`send_due`](Transport::send_due), which is called at the instant that
 //!   it last returned, or earlier.
 //!

@@ -8,7 +8,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use cotouch_soft::SoftError;
 
-use crate::device_choice::{DeviceChoice, open_device};
+use crate::device_choice::{DeviceChoice, missing_fingers, open_device};
 use crate::exchange::RecordSink;
 use crate::record::{RecordItem, TickRecord};
 use crate::recorder::{RecordError, Recorder};
@@ -62,17 +62,22 @@ pub fn run(
     run_observed(scene, duration_s, recording, progress, |_, _| {})
 }
 
-/// As [`run`], with the devices of `devices` instead of simulated hands for everybody.
+/// As [`run`], with the devices of `devices` instead of simulated hands for everybody. `tell` is told what a person is to
+/// know of them, in words, before the run begins.
 ///
 /// # Errors
 /// As [`run`], and when a device cannot be had.
 pub fn run_with_devices(
     scene: &Scene,
     devices: &[DeviceChoice],
+    tell: impl FnMut(String),
     duration_s: f64,
     recording: Option<&Path>,
     progress: impl FnMut(f64) -> bool,
 ) -> Result<Summary, VirtualRunError> {
+    let devices = open_devices(scene, devices)?;
+    let notes = scene.hosts().zip(&devices).filter_map(|(host, device)| missing_fingers(scene, host, device));
+    notes.for_each(tell);
     run_all(scene, devices, duration_s, recording, progress, |_, _| {})
 }
 
@@ -87,12 +92,12 @@ pub fn run_observed(
     progress: impl FnMut(f64) -> bool,
     observe: impl FnMut(HostIndex, &TickRecord),
 ) -> Result<Summary, VirtualRunError> {
-    run_all(scene, &[], duration_s, recording, progress, observe)
+    run_all(scene, open_devices(scene, &[])?, duration_s, recording, progress, observe)
 }
 
 fn run_all(
     scene: &Scene,
-    devices: &[DeviceChoice],
+    devices: Vec<Box<dyn Device>>,
     duration_s: f64,
     recording: Option<&Path>,
     mut progress: impl FnMut(f64) -> bool,
@@ -127,16 +132,19 @@ fn run_all(
 
 fn new_session(
     scene: &Scene,
-    devices: &[DeviceChoice],
+    devices: Vec<Box<dyn Device>>,
     recorder: Option<&Arc<Mutex<Recorder>>>,
-) -> Result<VirtualSession<Box<dyn Device>>, VirtualRunError> {
-    let devices = scene.hosts().map(|host| open_device(scene, host, devices, ()));
-    let mut devices = devices.collect::<Result<Vec<_>, _>>()?.into_iter();
-    Ok(VirtualSession::with_devices(scene, |_| {
+) -> Result<VirtualSession<Box<dyn Device>>, SoftError> {
+    let mut devices = devices.into_iter();
+    VirtualSession::with_devices(scene, |_| {
         let sink =
             recorder.map(|recorder| Box::new(Shared(Arc::clone(recorder))) as Box<dyn RecordSink + Send>);
         (devices.next().expect("one a host"), sink)
-    })?)
+    })
+}
+
+fn open_devices(scene: &Scene, choices: &[DeviceChoice]) -> Result<Vec<Box<dyn Device>>, DeviceOpenError> {
+    scene.hosts().map(|host| open_device(scene, host, choices, ())).collect()
 }
 
 /// Runs on until no device renders a force any more.

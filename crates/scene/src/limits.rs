@@ -18,9 +18,6 @@ pub const MAX_SOFT_CONTACTS: usize = 16;
 /// Most contacts that a host lists in the output of one tick.
 pub const MAX_CONTACTS: usize = 32;
 
-/// Most couplers that a host lists in the output of one tick.
-pub const MAX_COUPLERS: usize = 128;
-
 /// Most vectors that a coordination scheme adds to a sample for one channel: of one body, for translation or rotation.
 pub const MAX_CHANNEL_VECTORS: usize = 2;
 

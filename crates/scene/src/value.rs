@@ -124,11 +124,13 @@ macro_rules! choice {
         impl $kind {
             /// The words that a scene can have for it.
             pub const WORDS: &'static [&'static str] = &[$($word),+];
+            /// What these words stand for, in their order.
+            pub const ALL: &'static [Self] = &[$(Self::$variant),+];
         }
         impl Default for $kind {
             /// The first: what the field holds until its key is read.
             fn default() -> Self {
-                [$(Self::$variant),+][0]
+                Self::ALL[0]
             }
         }
         /// The word that a scene has for it.

@@ -2,7 +2,7 @@
 
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{
-    Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, PlayOut,
+    Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, LocalModelKind, PlayOut,
     RotationalSpringDamper, Scene, SceneValues, ShapeKind, Space, SpringDamper, User, WallSides, Way,
 };
 use cotouch_scene::{Override, load};
@@ -169,8 +169,5 @@ pub fn coordinations() -> impl Iterator<Item = Coordination> {
 
 /// The words of all local models that a scene can have.
 pub fn local_model_kinds() -> Vec<String> {
-    let schema = cotouch_scene::json_schema();
-    let words = schema["properties"]["local_model"]["properties"]["kind"]["enum"].as_array();
-    let words = words.into_iter().flatten().filter_map(|word| word.as_str().map(str::to_owned));
-    words.collect()
+    LocalModelKind::WORDS.iter().map(|&word| word.to_owned()).collect()
 }

@@ -2,8 +2,9 @@
 //! the session time.
 //!
 //! ```text
-//! picture   u8 1 · u8 flags · u8 hosts · u8 surfaces · u32 generation · f64 time_s · f32 oscillation_j · host… · surface…
-//!   flags   1 ended · 6 verdict of the run · 24 verdict of the last seconds;  a verdict: 0 unknown, 1 stable, 2 unstable
+//! picture   u8 1 · u8 flags · u8 hosts · u8 surfaces · u32 generation · f64 time_s · f32 fast_force_n · host… · surface…
+//!   flags   1 ended · 6 verdict of the run · 24 verdict now;  a verdict: 0 unknown, 1 quiet, 2 shaking, 3 diverging
+//!   fast_force_n  the force above 8 Hz at the worst finger, N rms
 //! host      u8 index · u8 flags · u8 fingers · u8 bodies · u32 links · u32 ticks · u32 missed · f32 lateness_us
 //!           · f32 energy_j · finger… · body… · link…
 //!   flags   1 touches a wall · 2 diverged
@@ -18,7 +19,7 @@
 //!
 //! The page's side is `page/src/picture.ts`.
 
-use cotouch_runtime::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot};
+use cotouch_runtime::{FingerSnapshot, HostSnapshot, LinkSnapshot, RunVerdict, Snapshot};
 use cotouch_scene::geometry::Pose;
 use glam::DVec3;
 
@@ -52,18 +53,19 @@ pub(crate) fn encode_merged(snapshot: &Snapshot, hosts: &[&[u8]], surfaces: &[&[
 
 fn put_header(out: &mut Vec<u8>, snapshot: &Snapshot, generation: u32, hosts: usize) {
     let flags =
-        u8::from(snapshot.ended) | verdict(snapshot.stable) << 1 | verdict(snapshot.lately.stable) << 3;
+        u8::from(snapshot.ended) | verdict(snapshot.verdict) << 1 | verdict(snapshot.now.verdict) << 3;
     out.extend([KIND, flags, hosts as u8, 0]);
     out.extend(generation.to_le_bytes());
     out.extend(snapshot.time_s.to_le_bytes());
-    put(out, snapshot.lately.oscillation_j);
+    put(out, snapshot.now.fast_force_n);
 }
 
-fn verdict(stable: Option<bool>) -> u8 {
-    match stable {
+fn verdict(verdict: Option<RunVerdict>) -> u8 {
+    match verdict {
         None => 0,
-        Some(true) => 1,
-        Some(false) => 2,
+        Some(RunVerdict::Quiet) => 1,
+        Some(RunVerdict::Shaking) => 2,
+        Some(RunVerdict::Diverging) => 3,
     }
 }
 

@@ -20,7 +20,7 @@ const SHARE_OF_LARGEST: f64 = 0.5;
 
 /// `[K_h, INT]` in units of K_o that keep the slow loop of a scene, the hands held still, farthest from instability, for
 /// objects whose K_o is wrong by up to 30 % and that give way up to three times less in other directions; INT is 0 but for
-/// laws with an integral.
+/// laws that need [the gains of `pi`](cotouch_world::local::LawNeeds::gains_of_pi).
 ///
 /// The loop, in periods, with compliance c, h = K_h/K_o, i = INT/K_o and the weights' moments m, m₂ (as in
 /// [`crate::local_model`]), d the delay of results:
@@ -32,7 +32,7 @@ const SHARE_OF_LARGEST: f64 = 0.5;
 #[must_use]
 pub fn gain_ratios(scene: &Scene) -> [f64; 2] {
     let slow = SlowPeriods::of(scene);
-    match local_law(scene.local_model.kind).needs().integral_gain {
+    match local_law(scene.local_model.kind).needs().gains_of_pi {
         true => slow.best_pi(),
         false => [slow.half_of_largest(), 0.0],
     }

@@ -238,8 +238,7 @@ fn balanced_coordinates_show_the_same() {
 #[test]
 fn the_routes_agree_on_soft_bodies() {
     for centralized in [false, true] {
-        for kind in [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
-        {
+        for &kind in LocalModelKind::ALL {
             for returned in RETURNED {
                 for hold in HOLDS {
                     for rates in [["1200", "200", "100"], ["300", "100", "80"]] {

@@ -68,8 +68,10 @@ enum Subcommands {
 A page shows the session; there, a mouse or a finger on a touch screen can take any user's hand, and settings can be \
 changed while the session runs, with the prediction for exactly these settings beside it.
 
-Before the session, cotouch says what the analysis predicts; after it, what happened. The exit status is 1 when the \
-session was unstable: a force limit acted for more than 20 ms on end, or the couplers' energy above 8 Hz kept growing.
+Before the session, cotouch says what the analysis predicts; after it, what happened, from the end of the soft start to the \
+beginning of the release. A run is quiet; or it is shaking: the force above 8 Hz at a finger stayed above 0.05 N rms for half a \
+second; or diverging: that force kept growing, a force limit acted for more than 20 ms on end, or the object left all bounds. \
+What scripts ask for (tremor, sinusoids) does not count. The exit status is 1 unless it was quiet.
 
 Examples:
   cotouch run single-axis-centralized --duration 30
@@ -456,7 +458,7 @@ pi otherwise those that the analysis chooses for an object of that K_o, complian
 until the analysis calls the scene stable.
 
 Closed loop: the scene's own simulated hands, with Young's modulus from 500 Pa to 1 MPa, doubling; a model counts as stable \
-where a run would (no force limit for over 20 ms on end, no growing energy above 8 Hz).
+where its run is quiet (`cotouch help run`).
 
 Example:
   cotouch local-model compare soft-block")]

@@ -45,7 +45,7 @@ pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> 
         prober.measure(probe.rate, probe.duration_s, &stop, &mut |done| progress.show(share * done))?;
     if report.received == 0 {
         let reason = format!(
-            "nothing came back from {server}; is `cotouch probe serve` running there, and does UDP get through?"
+            "nothing came back from {server}; is `cotouch probe serve` running there, and do datagrams get through?"
         );
         return Err(Failure::Running(anyhow::anyhow!(reason)));
     }

@@ -2,10 +2,13 @@
 
 use std::fmt::Write as _;
 
-use cotouch_runtime::{Percentiles, SoftSummary, Summary};
+use cotouch_runtime::{DivergedSummary, HapticSummary, Percentiles, ShakingSummary, SoftSummary, Summary};
 
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
+
+/// Of stretches of shaking; the others are counted.
+const MAX_TOLD_STRETCHES: usize = 6;
 
 /// What happened, in a short table.
 pub(super) fn text(summary: &Summary) -> String {
@@ -27,6 +30,12 @@ pub(super) fn text(summary: &Summary) -> String {
         row("slow steps", slow_steps(soft));
     }
     row("network", network(summary));
+    for stretch in summary.shaking.iter().take(MAX_TOLD_STRETCHES) {
+        row("shaking", shaking(stretch));
+    }
+    if let Some(more) = summary.shaking.len().checked_sub(MAX_TOLD_STRETCHES).filter(|&more| more > 0) {
+        row("shaking", format!("and {more} more times"));
+    }
     for object in &summary.objects {
         let [x, y, z] = object.position_m.map(|metres| metres * 1e3);
         let deformed = object.max_displacement_m.map_or_else(String::new, |metres| {
@@ -50,7 +59,7 @@ pub(super) fn text(summary: &Summary) -> String {
         row("recording", file.clone());
     }
     for session in &summary.earlier {
-        let verdict = if session.stable { "stable" } else { "unstable" };
+        let verdict = session.verdict.in_words();
         let file = session.recording.as_deref().unwrap_or("not recorded");
         row("before", format!("{}, {:.1} s, {verdict}, {file}", session.scene, session.duration_s));
     }
@@ -62,37 +71,64 @@ pub(super) fn text(summary: &Summary) -> String {
 
 /// The outcome beside the prediction, in one sentence.
 pub(super) fn verdict(summary: &Summary) -> String {
-    let outcome = match summary.instability {
-        Some(instability) => format!("unstable: {}", instability.in_words()),
-        None if summary.stable => "stable".to_owned(),
-        None => "unstable".to_owned(),
-    };
-    match summary.disagrees() {
-        None => format!("{outcome}; nothing was predicted"),
-        Some(false) => format!("{outcome}, as predicted"),
-        Some(true) if summary.stable => format!(
-            "{outcome} by its energy, although the prediction was unstable: in the run's last quarter nothing grew; a quiet end, friction or a force limit can hide or bound an oscillation"
+    let word = summary.verdict.in_words();
+    let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
+    match summary.predicted.map(|predicted| predicted.stable) {
+        None => format!("{word}{what}; nothing was predicted"),
+        Some(true) if summary.stable => "quiet: stable, as predicted".to_owned(),
+        Some(false) if summary.stable => format!(
+            "{word}, although the prediction was unstable: what would grow was not set off in this run, or had too little time"
         ),
-        Some(true) => format!(
-            "{outcome}, although the prediction was stable: something acted that the analysis leaves out"
-        ),
+        Some(false) => format!("{word}, as predicted{what}"),
+        Some(true) => format!("{word}, although the prediction was stable{what}; {}", what_else(summary)),
     }
+}
+
+/// Who did not stay quiet, how and when; nothing of a quiet run.
+fn what_happened(summary: &Summary) -> Option<String> {
+    if let Some(DivergedSummary { cause, user, finger, at_s }) = &summary.diverged {
+        let whose = match (user, finger) {
+            (Some(user), Some(finger)) => format!(" at {user}'s finger {finger}"),
+            _ => String::new(),
+        };
+        return Some(format!("{}{whose}, {at_s:.1} s after the start", cause.in_words()));
+    }
+    let strongest = summary.shaking.iter().max_by(|one, other| one.rms_n.total_cmp(&other.rms_n))?;
+    Some(shaking(strongest))
+}
+
+fn shaking(ShakingSummary { user, finger, from_s, to_s, rms_n, hz }: &ShakingSummary) -> String {
+    format!(
+        "{user}'s finger {finger} shook by {rms_n:.2} N rms at {hz:.0} Hz from {from_s:.1} to {to_s:.1} s"
+    )
+}
+
+/// What acts in a run that is not what was predicted.
+fn what_else(summary: &Summary) -> String {
+    let HapticSummary { missed, due, .. } = summary.haptic;
+    if missed > 0 {
+        let late = summary
+            .haptic
+            .lateness_us
+            .max
+            .map_or_else(String::new, |max| format!(", and others began up to {:.1} ms late", max / 1e3));
+        return format!(
+            "the computer was late: {missed} of {due} ticks were left out{late}, which the prediction does not know of"
+        );
+    }
+    "something acted that the analysis leaves out".to_owned()
 }
 
 /// The same for the top of a picture, where there is room for a line.
 pub(super) fn headline(summary: &Summary) -> String {
-    let word = |stable| if stable { "stable" } else { "unstable" };
-    let outcome = match summary.instability {
-        Some(instability) => format!("unstable ({})", instability.in_words()),
-        None => word(summary.stable).to_owned(),
+    let word = summary.verdict.in_words();
+    let predicted = match summary.predicted.map(|predicted| predicted.stable) {
+        None => "",
+        Some(stable) if stable == summary.stable => ", as predicted",
+        Some(true) => ", but predicted stable",
+        Some(false) => ", but predicted unstable",
     };
-    match (summary.disagrees(), summary.predicted) {
-        (Some(false), _) => format!("{}: {outcome}, as predicted", summary.scene),
-        (_, Some(predicted)) => {
-            format!("{}: {outcome}, but predicted {}", summary.scene, word(predicted.stable))
-        }
-        (_, None) => format!("{}: {outcome}", summary.scene),
-    }
+    format!("{}: {word}{predicted}", summary.scene)
 }
 
 /// How the simulations of a soft object went.
@@ -124,7 +160,7 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::{Instability, Predicted};
+    use cotouch_runtime::{Divergence, Predicted, RunVerdict};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
@@ -143,7 +179,7 @@ mod tests {
     #[test]
     fn a_run_reads_well() {
         insta::assert_snapshot!(text(&summary()), @r"
-        stable, as predicted
+        quiet: stable, as predicted
 
         duration   10.00 s on 2 hosts
         ticks      20479 of 20480 due, 1 missed
@@ -156,14 +192,41 @@ mod tests {
     #[test]
     fn disagreement_is_said_plainly() {
         let mut summary = summary();
-        assert_eq!(verdict(&summary), "stable, as predicted");
-        (summary.stable, summary.instability) = (false, Some(Instability::EnergyGrowth));
-        assert!(verdict(&summary).contains("although the prediction was stable"));
+        assert_eq!(verdict(&summary), "quiet: stable, as predicted");
+        (summary.stable, summary.verdict) = (false, RunVerdict::Shaking);
+        let [early, late] = [(1.0, 0.06), (3.0, 0.5)].map(|(from_s, rms_n)| ShakingSummary {
+            user: "ben".to_owned(),
+            finger: 2,
+            from_s,
+            to_s: from_s + 1.5,
+            rms_n,
+            hz: 31.4,
+        });
+        summary.shaking = vec![early, late];
+        summary.haptic.missed = 0;
+        assert_eq!(
+            verdict(&summary),
+            "shaking, although the prediction was stable: ben's finger 2 shook by 0.50 N rms at 31 Hz from 3.0 to 4.5 s; something acted that the analysis leaves out"
+        );
+        summary.haptic.missed = 7;
+        assert!(verdict(&summary).contains("the computer was late: 7 of 20480 ticks were left out"));
         summary.predicted = Some(Predicted { stable: false, spectral_radius: 1.2 });
-        assert!(verdict(&summary).ends_with("as predicted"));
-        (summary.stable, summary.instability) = (true, None);
+        assert!(verdict(&summary).starts_with("shaking, as predicted: ben's finger 2"));
+        summary.verdict = RunVerdict::Diverging;
+        summary.diverged = Some(DivergedSummary {
+            cause: Divergence::GovernorLimit,
+            user: Some("ben".to_owned()),
+            finger: Some(2),
+            at_s: 4.26,
+        });
+        assert_eq!(
+            verdict(&summary),
+            "diverging, as predicted: a force limit acted for more than 20 ms on end at ben's finger 2, 4.3 s after the start"
+        );
+        (summary.stable, summary.verdict) = (true, RunVerdict::Quiet);
         assert!(verdict(&summary).contains("although the prediction was unstable"));
         summary.predicted = None;
-        assert_eq!(verdict(&summary), "stable; nothing was predicted");
+        (summary.diverged, summary.shaking) = (None, Vec::new());
+        assert_eq!(verdict(&summary), "quiet; nothing was predicted");
     }
 }

@@ -76,7 +76,7 @@ impl Run {
             "predicted {} (spectral radius {:.4}), run {}",
             word(self.predicted.stable),
             self.predicted.spectral_radius,
-            word(self.summary.stable)
+            self.summary.verdict.in_words()
         )
     }
 }

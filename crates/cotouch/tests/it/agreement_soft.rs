@@ -278,25 +278,22 @@ fn one_finger_on_a_spring() {
 
 #[test]
 fn two_users_on_tetrahedra() {
-    for (architecture, kind, returned, hold, delay) in [
-        ("distributed", "p", "mean", "zero", "1"),
-        ("distributed", "pi", "mean", "first", "0"),
-        ("distributed", "hold", "first", "zero", "0"),
-        ("distributed", "compliance", "last", "first", "1"),
-        ("centralized", "p", "first", "first", "1"),
-        ("centralized", "pi", "last", "zero", "1"),
-        ("centralized", "hold", "mean", "zero", "1"),
-        ("centralized", "compliance", "mean", "zero", "0"),
-    ] {
-        let settings = [
-            format!("session.architecture={architecture}"),
-            format!("local_model.kind={kind}"),
-            format!("local_model.returned_force={returned}"),
-            format!("local_model.hold={hold}"),
-            format!("local_model.result_delay_periods={delay}"),
-        ];
-        let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
-        assert_agreement(&block(&settings), &settings.join(" "));
+    let distributed =
+        [("first", "zero", "0"), ("mean", "zero", "1"), ("mean", "first", "0"), ("last", "first", "1")];
+    let centralized =
+        [("mean", "zero", "1"), ("first", "first", "1"), ("last", "zero", "1"), ("mean", "zero", "0")];
+    for (architecture, periods) in [("distributed", distributed), ("centralized", centralized)] {
+        for (kind, (returned, hold, delay)) in local_model_kinds().iter().zip(periods.into_iter().cycle()) {
+            let settings = [
+                format!("session.architecture={architecture}"),
+                format!("local_model.kind={kind}"),
+                format!("local_model.returned_force={returned}"),
+                format!("local_model.hold={hold}"),
+                format!("local_model.result_delay_periods={delay}"),
+            ];
+            let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
+            assert_agreement(&block(&settings), &settings.join(" "));
+        }
     }
 }
 

@@ -133,7 +133,7 @@ fn a_virtual_run_has_the_promised_shape_a_recording_and_a_picture() {
     assert_eq!(document["predicted"]["stable"], document["stable"]);
     assert_eq!(std::fs::read(folder.path().join("run.json")).unwrap(), output.stdout);
     let picture = std::fs::read_to_string(folder.path().join("out/run.svg")).unwrap();
-    assert!(picture.contains("stable, as predicted"));
+    assert!(picture.contains("quiet, as predicted"));
 
     let replay = cotouch(folder.path(), &["replay", "out/run.mcap", "--csv", "tables", "--json"]);
     assert_eq!(replay.status.code(), Some(0), "{}", stderr(&replay));
@@ -185,12 +185,14 @@ fn a_real_run_on_loopback_has_the_same_shape() {
     assert_eq!(recordings.len(), 2, "a recording and a picture: {recordings:?}");
 }
 
-const RUN_KEYS: [&str; 33] = [
+const RUN_KEYS: [&str; 35] = [
     "scene",
     "architecture",
     "users",
     "duration_s",
     "stable",
+    "verdict",
+    "shaking",
     "predicted.stable",
     "predicted.spectral_radius",
     "haptic.hosts",

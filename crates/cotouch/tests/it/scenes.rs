@@ -50,7 +50,7 @@ impl Run {
             *tick += 1;
         };
         let summary = virtual_run::run_observed(&scene, duration_s, None, |_| true, observe).unwrap();
-        assert!(summary.stable, "{name}: {:?}", summary.instability);
+        assert!(summary.stable, "{name}: {:?} {:?}", summary.diverged, summary.shaking);
         for user in &summary.users_detail {
             let peak_n = user.peak_force_n.unwrap();
             assert!(peak_n < 0.5 * scene.governor.max_force_n, "{name}: {peak_n}");
@@ -197,7 +197,12 @@ fn the_other_scenes_run() {
         // Hands that come and go on something soft are judged over their whole story.
         let duration_s = if scene.soft.exists() { 20.0 } else { 5.0 };
         let summary = virtual_run::run(&scene, duration_s, None, |_| true).unwrap();
-        assert!(summary.stable || predicted_unstable.contains(&name), "{name}: {:?}", summary.instability);
+        assert!(
+            summary.stable || predicted_unstable.contains(&name),
+            "{name}: {:?} {:?}",
+            summary.diverged,
+            summary.shaking
+        );
     }
 }
 
@@ -226,7 +231,7 @@ fn a_mesh_from_a_file_is_handed_over_and_its_recording_replays() {
     let scene = load("hand-over", &overrides).unwrap();
     let recording = folder.path().join("mesh.mcap");
     let summary = virtual_run::run(&scene, 20.0, Some(&recording), |_| true).unwrap();
-    assert!(summary.stable, "{:?}", summary.instability);
+    assert!(summary.stable, "{:?} {:?}", summary.diverged, summary.shaking);
     // Fingers go towards a mesh's centre and not straight at a side, which moves it a little before they hold it.
     let moved = DVec3::from_array(summary.objects[0].position_m) - scene.object.position_m;
     assert!((moved - DVec3::X * 0.12).length() < 0.02, "{moved}");

@@ -2,7 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use crate::support::{ARM, POINT, scene_of};
+use crate::support::{arm, point, scene_of};
 use cotouch_device::{Device, FingerState, SimulatedUser};
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::mechanism::{Mechanism, Placed, endpoint_inertia};
@@ -13,7 +13,9 @@ use glam::DVec3;
 use proptest::prelude::*;
 
 const START: DVec3 = DVec3::new(0.3, -0.1, 0.05);
-const FREE: Hand = Hand { damping_n_s_per_m: 0.0, ..ARM };
+fn free() -> Hand {
+    Hand { damping_n_s_per_m: 0.0, ..arm() }
+}
 
 fn on(device: DeviceSpec, hand: Hand, actions: &[Action]) -> Scene {
     edited(&scene_of(actions, &[START]), |scene| {
@@ -47,8 +49,8 @@ fn a_perfect_encoder_reads_the_place_and_a_coarse_one_is_off_by_half_a_count() {
         };
         let mut worst: f64 = 0.0;
         for counts in [0, 4096] {
-            let device = DeviceSpec { kind, encoder_counts_per_turn: counts, ..POINT };
-            let mut user = user(&on(device, ARM, std::slice::from_ref(&action)));
+            let device = DeviceSpec { kind, encoder_counts_per_turn: counts, ..point() };
+            let mut user = user(&on(device, arm(), std::slice::from_ref(&action)));
             let mechanism = Mechanism::of_kind(kind).unwrap();
             let bound = 1.1 * PI / 4096.0 * mechanism.longest_lever_m() * mechanism.joints() as f64;
             let mut widest: f64 = 0.0;
@@ -68,8 +70,8 @@ fn a_perfect_encoder_reads_the_place_and_a_coarse_one_is_off_by_half_a_count() {
 
 #[test]
 fn a_difference_lags_by_half_a_tick_and_a_filter_by_its_time_constant() {
-    let estimate = |velocity| DeviceSpec { velocity, velocity_cutoff_hz: 20.0, ..POINT };
-    let scene = |velocity| on(estimate(velocity), FREE, &[push(DVec3::X * 0.5)]);
+    let estimate = |velocity| DeviceSpec { velocity, velocity_cutoff_hz: 20.0, ..point() };
+    let scene = |velocity| on(estimate(velocity), free(), &[push(DVec3::X * 0.5)]);
     let mut exact = user(&scene(VelocityEstimate::Exact));
     let mut difference = user(&scene(VelocityEstimate::Difference));
     let mut filtered = user(&scene(VelocityEstimate::Filtered));
@@ -102,9 +104,9 @@ fn what_a_sensor_remembers_is_part_of_the_state() {
         kind: DeviceKind::Pantograph,
         encoder_counts_per_turn: 20_000,
         velocity: VelocityEstimate::Filtered,
-        ..POINT
+        ..point()
     };
-    let scene = on(device, ARM, &[push(DVec3::new(0.4, 0.2, 0.0))]);
+    let scene = on(device, arm(), &[push(DVec3::new(0.4, 0.2, 0.0))]);
     let (mut one, mut other) = (user(&scene), user(&scene));
     for k in 0..100 {
         tick(&mut one, k, DVec3::ZERO);
@@ -127,8 +129,8 @@ fn what_a_sensor_remembers_is_part_of_the_state() {
 #[test]
 fn motors_give_less_in_the_same_direction() {
     for kind in [DeviceKind::Pantograph, DeviceKind::Phantom] {
-        let device = DeviceSpec { kind, max_joint_torque_n_m: 0.2, ..POINT };
-        let mut user = user(&on(device, ARM, &[]));
+        let device = DeviceSpec { kind, max_joint_torque_n_m: 0.2, ..point() };
+        let mut user = user(&on(device, arm(), &[]));
         let mechanism = Mechanism::of_kind(kind).unwrap();
         let joints = mechanism.joints_at(mechanism.workspace().centre).unwrap();
         let force = DVec3::new(0.3, -0.7, if kind == DeviceKind::Phantom { 0.4 } else { 0.0 });
@@ -146,14 +148,14 @@ fn motors_give_less_in_the_same_direction() {
         let torques = mechanism.torques(joints, held).unwrap();
         assert!((torques.abs().max_element() - 0.2).abs() < 1e-12, "{torques}");
     }
-    assert_eq!(user(&on(POINT, ARM, &[])).limits().max_force_n, f64::INFINITY);
+    assert_eq!(user(&on(point(), arm(), &[])).limits().max_force_n, f64::INFINITY);
 }
 
 #[test]
 fn a_loaded_finger_with_links_settles_where_the_springs_balance() {
     for kind in [DeviceKind::Pantograph, DeviceKind::Phantom] {
-        let device = DeviceSpec { kind, inertia: true, ..POINT };
-        let mut user = user(&on(device, Hand { stiffness_n_per_m: 100.0, ..ARM }, &[]));
+        let device = DeviceSpec { kind, inertia: true, ..point() };
+        let mut user = user(&on(device, Hand { stiffness_n_per_m: 100.0, ..arm() }, &[]));
         for k in 0..10_000 {
             tick(&mut user, k, DVec3::new(2.0, -1.5, 0.0));
         }
@@ -170,8 +172,8 @@ fn links_keep_their_energy() {
         (DeviceKind::Pantograph, DVec3::new(0.9, -0.6, 0.0)),
         (DeviceKind::Phantom, DVec3::new(0.7, -0.4, 0.5)),
     ] {
-        let device = DeviceSpec { kind, inertia: true, ..POINT };
-        let hand = Hand { stiffness_n_per_m: 100.0, mass_kg: 0.1, damping_n_s_per_m: 0.0, ..ARM };
+        let device = DeviceSpec { kind, inertia: true, ..point() };
+        let hand = Hand { stiffness_n_per_m: 100.0, mass_kg: 0.1, damping_n_s_per_m: 0.0, ..arm() };
         let mut user = user(&on(device.clone(), hand, &[]));
         user.set_state(0, FingerState { velocity, ..user.states()[0] });
         let energy = |state: &FingerState| {
@@ -195,9 +197,9 @@ fn links_keep_their_energy() {
 
 #[test]
 fn a_guided_finger_with_links_keeps_to_its_line() {
-    let device = DeviceSpec { kind: DeviceKind::Phantom, inertia: true, ..POINT };
+    let device = DeviceSpec { kind: DeviceKind::Phantom, inertia: true, ..point() };
     let scene =
-        edited(&on(device, ARM, &[push(DVec3::new(1.0, 2.0, 3.0))]), |scene| scene.space = Space::Line);
+        edited(&on(device, arm(), &[push(DVec3::new(1.0, 2.0, 3.0))]), |scene| scene.space = Space::Line);
     let mut user = user(&scene);
     for k in 0..200 {
         let position = tick(&mut user, k, DVec3::Y).pose.position;
@@ -227,9 +229,9 @@ proptest! {
             inertia,
             encoder_counts_per_turn: counts,
             max_joint_torque_n_m: torque,
-            ..POINT
+            ..point()
         };
-        let mut user = user(&on(device.clone(), FREE, &[]));
+        let mut user = user(&on(device.clone(), free(), &[]));
         let Placed { mechanism, offset } = Placed::of_finger(&device, START).unwrap();
         let workspace = mechanism.workspace();
         for k in 0..1500 {

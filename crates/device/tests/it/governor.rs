@@ -1,8 +1,7 @@
 //! The governor against everything that can come in.
 
 use cotouch_device::{
-    Acted, DeviceLimits, Governor, GovernorFault, GovernorInput, GovernorOutput, GovernorPhase,
-    GovernorState, LimitWatch,
+    Acted, DeviceLimits, Governor, GovernorFault, GovernorInput, GovernorOutput, GovernorPhase, GovernorState,
 };
 use cotouch_scene::geometry::{Reading, Wrench};
 use cotouch_scene::scene::GovernorLimits;
@@ -165,17 +164,6 @@ fn limits_that_are_no_numbers_admit_nothing() {
         Governor::new(&limits, DeviceLimits { max_force_n: f64::NAN, max_torque_n_m: -1.0 }, control());
     let mut state = opened(&governor);
     assert_eq!(govern(&governor, &mut state, 5.0), (0.0, Acted::FORCE_LIMIT));
-}
-
-#[test]
-fn a_saturated_force_is_noticed_only_after_the_soft_start() {
-    let governor = governor(&LIMITS);
-    let (mut state, mut watch) = (governor.start(), LimitWatch::default());
-    for tick in 0..100 {
-        watch.observe(govern(&governor, &mut state, 20.0).1);
-        assert_eq!(watch.longest_ticks(), u64::saturating_sub(tick + 1, 52));
-    }
-    assert!(watch.is_exceeded(control()));
 }
 
 /// Numbers of every kind: ordinary, huge, tiny, denormal, zero of either sign, infinite, NaN.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
-use crate::support::{ARM, POINT, TRACKING, scene_of, scene_with_box};
+use crate::support::{TRACKING, arm, point, scene_of, scene_with_box};
 use cotouch_device::{
     Device, Guide, GuidedUser, POINTER_FADE_S, POINTER_REACH_M, POINTER_STOP_S, SimulatedUser, Targets,
     WorldView, guided_scene, pointer_spring,
@@ -55,7 +55,7 @@ fn velocities(user: &mut dyn Device, ticks: std::ops::Range<u64>) -> Vec<f64> {
 
 /// By how much the force on a finger changes at most from tick to tick, N, by how its velocity does.
 fn largest_step_n(velocities: &[f64]) -> f64 {
-    let force = |pair: &[f64]| (pair[1] - pair[0]) * 1000.0 * ARM.mass_kg;
+    let force = |pair: &[f64]| (pair[1] - pair[0]) * 1000.0 * arm().mass_kg;
     let forces: Vec<f64> = velocities.windows(2).map(force).collect();
     forces.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max)
 }
@@ -87,9 +87,9 @@ fn without_a_pointer_it_is_the_simulated_user_to_the_bit() {
         kind: DeviceKind::Pantograph,
         encoder_counts_per_turn: 20_000,
         max_joint_torque_n_m: 0.3,
-        ..POINT
+        ..point()
     };
-    for device in [POINT, pantograph] {
+    for device in [point(), pantograph] {
         scene = edited(&scene, |scene| scene.device = device);
         let mut plain = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
         let (mut guided, _pointer) = guided(&scene);
@@ -243,7 +243,7 @@ fn what_is_not_a_place_is_not_heeded_and_what_is_far_is_brought_near() {
 #[test]
 fn a_target_beyond_the_stops_waits_at_them() {
     let scene =
-        edited(&busy_scene(), |scene| scene.device = DeviceSpec { kind: DeviceKind::Pantograph, ..POINT });
+        edited(&busy_scene(), |scene| scene.device = DeviceSpec { kind: DeviceKind::Pantograph, ..point() });
     let (mut user, pointer) = guided(&scene);
     pointer.at(&[DVec3::splat(5.0)]);
     for number in 0..2000 {
@@ -313,8 +313,8 @@ fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
         user.write(&[load]).unwrap();
         let after = user.read(number + 1).unwrap()[0].twist.linear.x;
         // m·v′ is the load, the arm's and the spring's pull.
-        let arm_n = ARM.damping_n_s_per_m * before;
-        pulls.push((after - before) * 1000.0 * ARM.mass_kg + arm_n - load.force.x);
+        let arm_n = arm().damping_n_s_per_m * before;
+        pulls.push((after - before) * 1000.0 * arm().mass_kg + arm_n - load.force.x);
     }
     assert!((pulls[999] - 1.0).abs() < 0.003, "the spring carries the load: {} N", pulls[999]);
     let (stopped, gone) = (

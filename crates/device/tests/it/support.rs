@@ -4,26 +4,22 @@ use cotouch_device::{Device, SimulatedUser, WorldView};
 use cotouch_scene::geometry::{Pose, Wrenches};
 use cotouch_scene::scene::{
     Action, Body, DeviceKind, DeviceSpec, Finger, Hand, Scene, SceneValues, ShapeKind, Space, SpringDamper,
-    VelocityEstimate,
 };
 use cotouch_testkit::scenes::edited;
 use glam::DVec3;
 
 /// A free arm.
-pub(crate) const ARM: Hand =
-    Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, stiffness_n_per_m: 0.0, finger_radius_m: 1e-4 };
+pub(crate) fn arm() -> Hand {
+    Hand { mass_kg: 0.25, damping_n_s_per_m: 5.0, finger_radius_m: 1e-4, ..Hand::default() }
+}
+
 /// How firmly targets are tracked.
 pub(crate) const TRACKING: SpringDamper = SpringDamper { stiffness_n_per_m: 500.0, damping_n_s_per_m: 20.0 };
 
 /// A point with a perfect sensor.
-pub(crate) const POINT: DeviceSpec = DeviceSpec {
-    kind: DeviceKind::Point,
-    encoder_counts_per_turn: 0,
-    velocity: VelocityEstimate::Exact,
-    velocity_cutoff_hz: 100.0,
-    max_joint_torque_n_m: 0.0,
-    inertia: false,
-};
+pub(crate) fn point() -> DeviceSpec {
+    DeviceSpec { kind: DeviceKind::Point, velocity_cutoff_hz: 100.0, ..DeviceSpec::default() }
+}
 
 /// A scene on a line at 1 kHz, whose first user has fingers at `starts` and does `actions`.
 pub(crate) fn scene_of(actions: &[Action], starts: &[DVec3]) -> Scene {
@@ -34,8 +30,8 @@ fn furnish(scene: &mut SceneValues, actions: &[Action], starts: &[DVec3]) {
     scene.rates.control_hz = "1000".parse().unwrap();
     scene.session.seed = 7;
     scene.space = Space::Line;
-    scene.hand = ARM;
-    scene.device = POINT;
+    scene.hand = arm();
+    scene.device = point();
     let user = &mut scene.users[0];
     (user.tracking, user.script, user.repeat) = (TRACKING, actions.to_vec(), false);
     user.fingers = starts.iter().map(|&position_m| Finger { position_m, script: Vec::new() }).collect();

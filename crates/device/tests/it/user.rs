@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::support::{ARM, TRACKING, scene_of};
+use crate::support::{TRACKING, arm, scene_of};
 use cotouch_device::{Device, DeviceError, MAX_TICKS_AHEAD, Script, SecondOrderPlant, SimulatedUser, Touch};
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
@@ -20,7 +20,7 @@ fn scene(arm: &Hand, actions: &[Action], repeat: bool) -> Scene {
 }
 
 fn script(actions: &[Action], repeat: bool) -> Script {
-    Script::new(&scene(&ARM, actions, repeat), HostIndex::FIRST, None)
+    Script::new(&scene(&arm(), actions, repeat), HostIndex::FIRST, None)
 }
 
 fn hand_of(arm: &Hand, actions: &[Action], repeat: bool) -> SimulatedUser {
@@ -48,7 +48,7 @@ fn push(force: f64, duration_s: f64) -> Action {
 
 #[test]
 fn a_constant_force_accelerates_a_free_mass() {
-    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let arm = Hand { damping_n_s_per_m: 0.0, ..arm() };
     let x = free_run(&mut hand_of(&arm, &[push(0.5, 10.0)], false), 2001);
     for (tick, x) in x.iter().enumerate() {
         let t = tick as f64 * 1e-3;
@@ -58,7 +58,7 @@ fn a_constant_force_accelerates_a_free_mass() {
 
 #[test]
 fn pushing_stops_at_the_tick_where_it_lets_go() {
-    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let arm = Hand { damping_n_s_per_m: 0.0, ..arm() };
     let action = Action::PushAndLetGo { force_n: DVec3::X * 0.5, push_s: 0.3, duration_s: 1.0 };
     let mut hand = hand_of(&arm, &[action], false);
     free_run(&mut hand, 300);
@@ -73,7 +73,7 @@ fn pushing_stops_at_the_tick_where_it_lets_go() {
 
 #[test]
 fn a_sinusoidal_force_and_its_phase() {
-    let arm = Hand { damping_n_s_per_m: 0.0, ..ARM };
+    let arm = Hand { damping_n_s_per_m: 0.0, ..arm() };
     let action = Action::SinusoidalForce {
         amplitude_n: DVec3::X * 2.0,
         frequency_hz: 5.0,
@@ -90,14 +90,14 @@ fn a_sinusoidal_force_and_its_phase() {
 
 #[test]
 fn a_reach_arrives_and_stays() {
-    let x = free_run(&mut hand_of(&ARM, &[reach(0.1, 0.5), Action::Hold { duration_s: 2.0 }], false), 2500);
+    let x = free_run(&mut hand_of(&arm(), &[reach(0.1, 0.5), Action::Hold { duration_s: 2.0 }], false), 2500);
     assert!(x.windows(2).all(|pair| (pair[1] - pair[0]).abs() < 1.4 * 1.875 * 0.1 / 0.5 * 1e-3));
     assert!((x[2499] - 0.1).abs() < 1e-9, "{}", x[2499]);
 }
 
 #[test]
 fn a_loaded_hand_that_goes_from_reach_to_hold_does_not_sag() {
-    let arm = Hand { stiffness_n_per_m: 200.0, ..ARM };
+    let arm = Hand { stiffness_n_per_m: 200.0, ..arm() };
     let x = free_run(&mut hand_of(&arm, &[reach(0.1, 0.5), Action::Hold { duration_s: 3.0 }], false), 4000);
     let balance = 500.0 / 700.0 * 0.1;
     assert!((x[1500] - balance).abs() < 1e-6 && (x[3999] - balance).abs() < 1e-12);
@@ -106,7 +106,7 @@ fn a_loaded_hand_that_goes_from_reach_to_hold_does_not_sag() {
 #[test]
 fn after_a_push_a_hold_keeps_where_the_hand_was() {
     let actions = [push(2.0, 1.0), Action::Hold { duration_s: 2.0 }, Action::Relax { duration_s: 1.0 }];
-    let x = free_run(&mut hand_of(&ARM, &actions, false), 5000);
+    let x = free_run(&mut hand_of(&arm(), &actions, false), 5000);
     let pushed = 2.0 / 500.0;
     assert!((x[1000] - pushed).abs() < 1e-6, "against the spring to the target: {}", x[1000]);
     assert!((x[2999] - x[1000]).abs() < 1e-9, "{} {}", x[2999], x[1000]);
@@ -122,7 +122,7 @@ fn a_sinusoid_settles_into_the_discrete_steady_state() {
         phase_rad: 0.7,
         duration_s: 100.0,
     };
-    let x = free_run(&mut hand_of(&ARM, &[action], false), 8000);
+    let x = free_run(&mut hand_of(&arm(), &[action], false), 8000);
     // A held input sees the plant half a tick late, to second order in ωT.
     let (m, b, k) = (0.25, 25.0, 500.0);
     let (input_re, input_im) = (500.0 * amplitude, 20.0 * rate * amplitude);
@@ -194,7 +194,7 @@ fn actions_follow_each_other_at_exact_ticks_for_ever() {
 #[test]
 fn scripts_of_no_length_do_not_hang() {
     for actions in [vec![], vec![push(1.0, 0.0)], vec![push(1.0, 0.0), reach(0.1, 0.0), push(1.0, 1e-9)]] {
-        let x = free_run(&mut hand_of(&ARM, &actions, true), 50);
+        let x = free_run(&mut hand_of(&arm(), &actions, true), 50);
         assert!(x.iter().all(|x| x.is_finite()));
     }
 }
@@ -202,7 +202,7 @@ fn scripts_of_no_length_do_not_hang() {
 #[test]
 fn skipped_ticks_are_ticks_with_the_last_force_held() {
     let actions = [reach(0.1, 0.05), Action::Tremor { rms_n: DVec3::ONE, duration_s: 1.0 }];
-    let (mut steady, mut skipping) = (hand_of(&ARM, &actions, false), hand_of(&ARM, &actions, false));
+    let (mut steady, mut skipping) = (hand_of(&arm(), &actions, false), hand_of(&arm(), &actions, false));
     let wrench = Wrench::force(DVec3::new(-1.0, 2.0, 0.0));
     for tick in 0..60 {
         steady.read(tick).unwrap();
@@ -224,10 +224,10 @@ fn skipped_ticks_are_ticks_with_the_last_force_held() {
 #[test]
 fn a_state_can_be_saved_restored_and_repeated() {
     let actions = [reach(0.1, 0.3), Action::Tremor { rms_n: DVec3::X, duration_s: 0.3 }, push(1.0, 0.2)];
-    let mut hand = hand_of(&ARM, &actions, true);
+    let mut hand = hand_of(&arm(), &actions, true);
     free_run(&mut hand, 777);
     let text = serde_json::to_string(hand.state()).unwrap();
-    let mut other = hand_of(&ARM, &actions, true);
+    let mut other = hand_of(&arm(), &actions, true);
     other.restore(serde_json::from_str(&text).unwrap());
     for tick in 777..2500 {
         assert_eq!(hand.read(tick), other.read(tick));
@@ -240,12 +240,12 @@ fn a_state_can_be_saved_restored_and_repeated() {
 #[test]
 fn in_space_every_axis_is_the_line() {
     let to_m = DVec3::new(0.1, 0.2, -0.3);
-    let scene = edited(&scene(&ARM, &[Action::Reach { to_m, duration_s: 0.3 }], false), |scene| {
+    let scene = edited(&scene(&arm(), &[Action::Reach { to_m, duration_s: 0.3 }], false), |scene| {
         scene.space = Space::Space
     });
     let mut free = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     let mut lines: Vec<SimulatedUser> =
-        to_m.to_array().map(|to| hand_of(&ARM, &[reach(to, 0.3)], false)).into();
+        to_m.to_array().map(|to| hand_of(&arm(), &[reach(to, 0.3)], false)).into();
     let forces = DVec3::new(1.0, -2.0, 0.5);
     for tick in 0..500 {
         let along: Vec<f64> =
@@ -261,7 +261,7 @@ fn in_space_every_axis_is_the_line() {
 #[test]
 fn in_a_plane_nothing_leaves_it() {
     let scene =
-        edited(&scene(&ARM, &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false), |scene| {
+        edited(&scene(&arm(), &[Action::Force { force_n: DVec3::ONE, duration_s: 1.0 }], false), |scene| {
             scene.space = Space::Plane;
             scene.users[0].fingers[0].position_m = DVec3::new(0.1, 0.2, 0.3);
         });
@@ -276,7 +276,7 @@ fn in_a_plane_nothing_leaves_it() {
 
 #[test]
 fn on_a_line_one_finger_is_the_plant_to_the_bit() {
-    let arm = Hand { stiffness_n_per_m: 30.0, ..ARM };
+    let arm = Hand { stiffness_n_per_m: 30.0, ..arm() };
     let mut hand = hand_of(&arm, &[push(0.7, 10.0)], false);
     let plant = SecondOrderPlant::new(0.25, 5.0, 30.0, 1e-3);
     let (mut x, mut v) = (0.0, 0.0);
@@ -292,15 +292,15 @@ fn on_a_line_one_finger_is_the_plant_to_the_bit() {
 #[test]
 fn impossible_hands_are_refused() {
     let user = |arm: Hand| SimulatedUser::new(&scene(&arm, &[], false), HostIndex::FIRST).map(|_| ());
-    let massless = user(Hand { mass_kg: 0.0, ..ARM }).unwrap_err();
+    let massless = user(Hand { mass_kg: 0.0, ..arm() }).unwrap_err();
     assert!(massless.to_string().contains("found 0 kg"), "{massless}");
-    assert!(user(Hand { stiffness_n_per_m: f64::NAN, ..ARM }).is_err());
+    assert!(user(Hand { stiffness_n_per_m: f64::NAN, ..arm() }).is_err());
 }
 
 #[test]
 fn a_user_who_joins_late_begins_the_script_then() {
     let actions = [push(0.5, 0.1), reach(0.1, 0.3)];
-    let (mut early, mut late) = (hand_of(&ARM, &actions, false), hand_of(&ARM, &actions, false));
+    let (mut early, mut late) = (hand_of(&arm(), &actions, false), hand_of(&arm(), &actions, false));
     let joined = 12_345_678;
     assert!(late.read(joined).is_err());
     late.restart(joined);

@@ -44,7 +44,6 @@ pub(crate) struct SoftContactOutput {
     pub(crate) sliding: bool,
     pub(crate) force: DVec3,
     pub(crate) depth_m: f64,
-    pub(crate) stiffness_n_per_m: f64,
 }
 
 impl SoftContacts {
@@ -110,11 +109,9 @@ impl SoftContacts {
         let (frame, previous) = (state.frame.clone()?, state.previous.clone()?);
         let present = self.local_tick(state, (&frame, &previous), tick);
         let forces = self.law.forces(&present, &mut state.contacts, fingers);
-        let contacts = state.contacts.iter().zip(fingers).zip(&present.gains);
-        let contacts = contacts.map(|((contact, finger), gains)| {
-            contact_output(contact, &present.surface, finger, gains.stiffness_n_per_m)
-        });
-        let contacts = contacts.collect();
+        let contacts = state.contacts.iter().zip(fingers);
+        let contacts =
+            contacts.map(|(contact, finger)| contact_output(contact, &present.surface, finger)).collect();
         let returned = Returned { which: self.model.returned_force, schedule: self.schedule };
         let slow = returned.sum_up(state, tick, fingers, &forces);
         Some(SoftTouch { forces, contacts, slow })
@@ -200,13 +197,11 @@ fn contact_output(
     contact: &LocalContact,
     surface: &SurfaceInUse<'_>,
     finger: &LocalFinger,
-    stiffness_n_per_m: f64,
 ) -> Option<SoftContactOutput> {
     let (centre, _) = finger.place?;
     (contact.touching || contact.force != DVec3::ZERO).then(|| SoftContactOutput {
         sliding: contact.sliding,
         force: contact.force,
         depth_m: if contact.touching { contact.depth_m(surface, centre) } else { 0.0 },
-        stiffness_n_per_m,
     })
 }

@@ -159,7 +159,6 @@ fn a_grasp_at_a_peer_goes_through_its_phases_and_pushes_the_box_alike_from_both_
     let push = scene.coupling.hand_object.stiffness_n_per_m * 1e-3;
     assert!(last.device.iter().all(|wrench| (wrench.force.y.abs() - push).abs() < 1e-9), "{:?}", last.device);
     assert!(last.wrenches[0].force.length() < 1e-9 && last.wrenches[0].torque.length() < 1e-9);
-    assert_eq!(last.couplers.len(), 2);
     // Away again: free, and nothing is left of it.
     let output = model.tick(&mut state, 40, &pressed(&scene, HostIndex::FIRST, -0.1));
     assert!(output.contacts.is_empty() && output.device.iter().all(|wrench| wrench.force == DVec3::ZERO));

@@ -5,7 +5,9 @@ use cotouch_host::{ContactSurface, HostModel, HostState};
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Pose, Reading, Readings, Twist};
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::LocalModelKind;
 use cotouch_testkit::scenes::local_model_kinds;
+use cotouch_world::local::{LawClock, local_law};
 use glam::{DVec3, Vec3Swizzles as _};
 
 const RADIUS_M: f64 = 0.005;
@@ -35,7 +37,6 @@ fn a_spring_gives_way_as_eq_5_says() {
     let contact = rig.output.contacts[0];
     assert_eq!(contact.surface, ContactSurface::Soft);
     assert!((contact.depth_m - ko / (kh + ko) * 0.01).abs() < 1e-11);
-    assert!((rig.output.couplers[0].stiffness_n_per_m - kh).abs() < 1e-9);
 }
 
 #[test]
@@ -182,7 +183,9 @@ fn drawn(rig: &mut Rig, depth_m: f64, far_m: f64) -> Vec<(DVec3, DVec3)> {
 
 #[test]
 fn friction_keeps_to_its_cone_and_fingers_slide() {
-    for kind in ["p", "pi", "compliance"] {
+    // A force that is held does not keep to the cone.
+    let ticks = |kind: &&LocalModelKind| local_law(**kind).clock() == LawClock::Tick;
+    for kind in LocalModelKind::ALL.iter().filter(ticks) {
         // Under a small threshold the integral brings the finger to the surface, and the next result may take it off.
         let (kind_is, thresholds) = (
             format!("local_model.kind={kind}"),

@@ -5,6 +5,7 @@ use std::net::{Ipv4Addr, Ipv6Addr, SocketAddr, UdpSocket};
 
 use cotouch_net::Route;
 use cotouch_scene::time::LocalTime;
+use rustix::net::{SendFlags, sendto};
 
 use super::interface::{Arrival, DynTransport, MAX_WAIT, Transport, TransportKind};
 use crate::clock;
@@ -43,7 +44,8 @@ impl Transport for Udp {
     }
 
     fn send(&self, _now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
-        match self.0.send_to(bytes, address(to)?) {
+        // The haptic session would rather lose a datagram than wait for room in the system's queue.
+        match sendto(&self.0, bytes, SendFlags::DONTWAIT, &address(to)?).map_err(io::Error::from) {
             // Somebody else was not there a moment ago.
             Err(error) if error.kind() == io::ErrorKind::ConnectionRefused => Ok(()),
             sent => sent.map(|_| ()),

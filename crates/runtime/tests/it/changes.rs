@@ -9,8 +9,8 @@ use crate::sessions::{ARCHITECTURES, assert_replays, scene};
 use cotouch_device::SimulatedUser;
 use cotouch_runtime::real_time::realisable;
 use cotouch_runtime::{
-    HostChange, Lately, LatelyMonitor, RecordItem, RecordKind, RecordSink, Recorder, Recording,
-    RecordingHeader, RecordingReader, ReplayError, Station, VirtualSession, replay,
+    HostChange, LiveVerdict, RecordItem, RecordKind, RecordSink, Recorder, Recording, RecordingHeader,
+    RecordingReader, ReplayError, RunVerdict, Station, VirtualSession, replay,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -45,9 +45,8 @@ fn run_to(session: &mut VirtualSession, seconds: f64) {
     assert!(session.run_to_tick((seconds * 1024.0) as u64, |_, _| {}));
 }
 
-fn lately(session: &VirtualSession) -> Lately {
-    let diverged = session.hosts().iter().any(|host| host.station.state.host.diverged);
-    LatelyMonitor::combine(session.hosts().iter().map(|host| &host.station.lately), diverged)
+fn now(session: &VirtualSession) -> LiveVerdict {
+    LiveVerdict::combine(session.hosts().iter().map(|host| host.station.observer.now()))
 }
 
 pub(crate) fn write(path: &Path, scene: &Scene, items: &[RecordItem]) {
@@ -140,28 +139,28 @@ fn a_station_refuses_constants_of_another_world_and_goes_on() {
 }
 
 #[test]
-fn the_last_seconds_shake_past_the_boundary_and_settle_before_it() {
+fn it_shakes_past_the_boundary_and_settle_before_it() {
     let stable = realisable(&scene("distributed", &[STABLE])).0;
     let unstable = realisable(&scene("distributed", &[UNSTABLE])).0;
     let mut session = start(&stable, &Kept::default());
-    run_to(&mut session, 1.5);
-    assert_eq!(lately(&session).stable, None, "too early");
+    run_to(&mut session, 0.9);
+    assert_eq!(now(&session).verdict, None, "too early");
     run_to(&mut session, 4.0);
-    assert_eq!(lately(&session).stable, Some(true));
-    let at_rest_j = lately(&session).oscillation_j;
+    assert_eq!(now(&session).verdict, Some(RunVerdict::Quiet));
+    let at_rest_n = now(&session).fast_force_n;
     change(&mut session, &unstable);
     run_to(&mut session, 6.0);
     // It goes on for as long as it shakes, also when it grows no more.
     for quarter in 0..16 {
         run_to(&mut session, 6.0 + 0.25 * f64::from(quarter));
-        let lately = lately(&session);
-        assert_eq!(lately.stable, Some(false), "{lately:?}");
-        assert!(lately.oscillation_j > 1000.0 * at_rest_j.max(1e-9), "{lately:?}");
+        let now = now(&session);
+        assert!(now.verdict > Some(RunVerdict::Quiet), "{now:?}");
+        assert!(now.fast_force_n > 30.0 * at_rest_n, "{now:?}");
     }
     change(&mut session, &stable);
     run_to(&mut session, 13.0);
-    assert_eq!(lately(&session).stable, Some(true));
-    assert!(lately(&session).oscillation_j < 1e-6);
+    assert_eq!(now(&session).verdict, Some(RunVerdict::Quiet));
+    assert!(now(&session).fast_force_n < 0.02);
 }
 
 #[test]
@@ -171,7 +170,11 @@ fn users_who_touch_and_carry_do_not_shake() {
         let mut session = start(&scene, &Kept::default());
         for half_second in 1..=20 {
             run_to(&mut session, 0.5 * f64::from(half_second));
-            assert_ne!(lately(&session).stable, Some(false), "{name} after {half_second} half seconds");
+            let verdict = now(&session).verdict;
+            assert!(
+                verdict <= Some(RunVerdict::Quiet),
+                "{name} after {half_second} half seconds: {verdict:?}"
+            );
         }
     }
 }

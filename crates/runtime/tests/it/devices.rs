@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::changes::{Kept, write};
 use crate::sessions::{assert_adds_up, assert_replays, scene};
 use cotouch_device::{
-    Device, DeviceError, DeviceLimits, DeviceOpenError, ForceSwitch, SimulatedUser, WorldView,
+    Device, DeviceError, DeviceLimits, DeviceOpenError, ForceSwitch, SimulatedUser, StillDevice, WorldView,
 };
 use cotouch_runtime::real_time::{realisable, run_local, run_local_with};
 use cotouch_runtime::{
@@ -135,12 +135,30 @@ fn what_a_driver_says_stands_in_notes_summary_and_recording() {
 }
 
 #[test]
+fn a_session_says_whose_device_has_too_few_fingers() {
+    let scene = realisable(&scene("distributed", &[])).0;
+    let fingers = scene.users[0].fingers.len() + 1;
+    let scene = scene.edit(|scene| {
+        let finger = scene.users[0].fingers[0].clone();
+        scene.users[0].fingers.push(finger);
+    });
+    let scene = scene.unwrap();
+    let device = |_| Box::new(StillDevice::new([DVec3::ZERO])) as Box<dyn Device>;
+    let options = RealTimeOptions { duration_s: Some(0.05), ..RealTimeOptions::default() };
+    let handle = run_local_with(&scene, scene.hosts().map(device).collect(), &options).unwrap();
+    let user = &scene.users[0].name;
+    let note = format!("{user}'s device has 1 of {fingers} fingers; the prediction is of {fingers}");
+    assert_eq!(handle.device_notes(), [note]);
+    handle.finish().unwrap();
+}
+
+#[test]
 fn devices_are_chosen_by_their_specs() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("still.mcap");
     let scene = scene("distributed", &[]);
     let ben = format!("{}=still", scene.users[1].name).parse().unwrap();
-    virtual_run::run_with_devices(&scene, &[ben], 1.5, Some(&path), |_| true).unwrap();
+    virtual_run::run_with_devices(&scene, &[ben], |_| {}, 1.5, Some(&path), |_| true).unwrap();
     assert_replays(&path);
     let recording = Recording::open(&path).unwrap();
     let moved = |host: u8| {

@@ -7,7 +7,8 @@ use std::time::Duration;
 use crate::sessions::{assert_adds_up, assert_replays, scene, until};
 use cotouch_runtime::real_time::{realisable, run_local, serve};
 use cotouch_runtime::{
-    ChangeError, Changed, HeldBy, LiveSession, RealTimeOptions, RecordKind, Recording, Summary, numbered_path,
+    ChangeError, Changed, HeldBy, LiveSession, RealTimeOptions, RecordKind, Recording, RunVerdict, Summary,
+    numbered_path,
 };
 use cotouch_scene::scene::{Impairment, Scene};
 
@@ -157,16 +158,17 @@ fn past_the_boundary_it_shakes_and_before_it_settles() {
         real_scene(&[format!("coupling.object_object.stiffness_n_per_m={stiffness}").as_str()])
     };
     let session = live(&stiff(300), None);
-    let stable = |session: &LiveSession| session.snapshot().0.lately.stable;
-    wait_until(&session, |session| stable(session) == Some(true));
-    let calm_j = session.snapshot().0.lately.oscillation_j;
+    let now = |session: &LiveSession| session.snapshot().0.now;
+    let is_quiet = |session: &LiveSession| now(session).verdict == Some(RunVerdict::Quiet);
+    wait_until(&session, is_quiet);
+    let calm_n = now(&session).fast_force_n;
     assert_eq!(session.change(stiff(2500)).unwrap(), Changed::WhileRunning);
     wait_until(&session, |session| {
-        let lately = session.snapshot().0.lately;
-        lately.stable == Some(false) && lately.oscillation_j > 10.0 * calm_j
+        let now = now(session);
+        now.verdict > Some(RunVerdict::Quiet) && now.fast_force_n > 10.0 * calm_n
     });
     session.change(stiff(300)).unwrap();
-    wait_until(&session, |session| stable(session) == Some(true));
+    wait_until(&session, is_quiet);
     let _: Summary = stop(session);
 }
 

@@ -17,4 +17,5 @@ mod sessions;
 mod soft_real_time;
 mod soft_runs;
 mod transports;
+mod verdicts;
 mod virtual_runs;

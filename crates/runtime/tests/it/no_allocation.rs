@@ -6,7 +6,7 @@ use cotouch_device::SimulatedUser;
 use cotouch_net::StatePacket;
 use cotouch_runtime::transport::{self, Impaired};
 use cotouch_runtime::{
-    HostChange, LatelyMonitor, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer, RecordItem,
+    HostChange, LiveVerdict, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer, RecordItem,
     RecordKind, RecordSink, Station, full_session_endpoint, record_ring, slow_simulation, start_slow_thread,
 };
 use cotouch_scene::load;
@@ -63,10 +63,8 @@ fn assert_instants_do_not_allocate(scene: &Scene) {
                 _ => {}
             }
             instant(&mut stations, tick);
-            std::hint::black_box(LatelyMonitor::combine(
-                stations.iter().map(|station| &station.lately),
-                false,
-            ));
+            std::hint::black_box(LiveVerdict::combine(stations.iter().map(|station| station.observer.now())));
+            std::hint::black_box(stations.iter().map(|station| station.observer.verdict()).max());
         });
         assert!(tick < 100 || counted == 0, "{counted} allocations at tick {tick} with {}", scene.name);
         consumers.iter_mut().for_each(|consumer| _ = consumer.drain(&mut items));

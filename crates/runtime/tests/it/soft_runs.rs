@@ -53,7 +53,7 @@ fn one_user_presses_a_spring_and_the_spring_gives_way() {
     let scene = built_in("spring", &[]);
     assert_eq!(scene.session.users, 1);
     let summary = run(&scene, 3.0, Some(&path));
-    assert!(summary.stable, "{:?}", summary.instability);
+    assert!(summary.stable, "{:?} {:?}", summary.diverged, summary.shaking);
     let soft = summary.soft.unwrap();
     // Of 60 periods, those whose result was due before the end.
     assert!((57..=60).contains(&soft.steps), "{}", soft.steps);

@@ -150,7 +150,7 @@ fn built_in_scenes_are_judged_stable() {
             if scene.space == Space::Line { &[1.0, 2.5, 3.0, 4.0, 8.0, 21.0] } else { &[1.0, 20.0] };
         for &duration_s in durations_s {
             let summary = virtual_run::run(&scene, duration_s, None, |_| true).unwrap();
-            assert!(summary.stable, "{name} {duration_s} s: {:?}", summary.instability);
+            assert!(summary.stable, "{name} {duration_s} s: {:?} {:?}", summary.diverged, summary.shaking);
         }
     }
 }

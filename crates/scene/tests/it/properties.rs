@@ -204,7 +204,8 @@ fn scene() -> impl Strategy<Value = Scene> {
 /// `scene` with a soft object, held at its lower end, in place of the rigid one.
 fn with_soft() -> impl Strategy<Value = Scene> {
     let mesh = (0..4u8, [1..4u32, 1..4, 1..4], [0.2..0.3f64, 0.2..0.3, 0.2..0.3], vector());
-    let words = (0..3u8, 0..4u8, 0..3u8, any::<bool>(), any::<bool>());
+    let kinds = 0..LocalModelKind::ALL.len();
+    let words = (0..3u8, kinds, 0..3u8, any::<bool>(), any::<bool>());
     (scene(), mesh, words, prop::array::uniform16(0.0..1.0f64)).prop_map(
         |(scene, (generator, cells, size, origin_m), words, at)| {
             let mut scene = SceneValues::clone(&scene);
@@ -227,12 +228,10 @@ fn with_soft() -> impl Strategy<Value = Scene> {
             let to_m = (origin_m + reach).with_z(middle);
             soft.fixed = vec![FixedRegion { from_m: origin_m - reach, to_m }];
             let local = &mut scene.local_model;
-            local.kind =
-                [LocalModelKind::Hold, LocalModelKind::P, LocalModelKind::Pi, LocalModelKind::Compliance]
-                    [usize::from(words.1)];
+            local.kind = LocalModelKind::ALL[words.1];
             local.returned_force =
                 [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last][usize::from(words.2)];
-            local.result_delay_periods = u32::from(words.1);
+            local.result_delay_periods = words.1 as u32 % 4;
             (local.stiffness_n_per_m, local.stiffness_ratio) = (at[7] * 1e3, at[8]);
             (local.integral_n_per_m, local.integral_ratio) = (at[9], at[10] * 10.0);
             if words.3 {

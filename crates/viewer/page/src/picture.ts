@@ -2,17 +2,20 @@
 // The other side is crates/viewer/src/picture.rs, which describes the layout; a change here is a change there.
 import type { HostIndex, Vector } from "./protocol.ts";
 
+/** What a run was, or is: see crates/runtime/src/observer.rs. */
+export type Verdict = "quiet" | "shaking" | "diverging";
+
 export interface Picture {
   /** Which session since the server started. */
   generation: number;
   time_s: number;
   ended: boolean;
   /** Of the whole run so far; null while it is too early to say. */
-  stable: boolean | null;
-  /** Of the last seconds only; null while it is too early to say. */
-  stable_lately: boolean | null;
-  /** Energy of the couplers above 8 Hz over the last half second, J. */
-  oscillation_j: number;
+  verdict: Verdict | null;
+  /** Of the last second; null while it is too early to say. */
+  verdict_now: Verdict | null;
+  /** The force above 8 Hz at the worst finger, N rms. */
+  fast_force_n: number;
   hosts: HostPicture[];
   surfaces: SurfacePicture[];
 }
@@ -81,7 +84,7 @@ export interface SurfacePicture {
 }
 
 const KIND = 1;
-const VERDICTS = [null, true, false] as const;
+const VERDICTS = [null, "quiet", "shaking", "diverging"] as const;
 
 /** Throws when the message is not a picture of this version. */
 export function decodePicture(message: ArrayBuffer): Picture {
@@ -142,11 +145,11 @@ export function decodePicture(message: ArrayBuffer): Picture {
   if (kind !== KIND) throw new Error(`a message of kind ${kind} is no picture`);
   const picture: Picture = {
     ended: (flags & 1) !== 0,
-    stable: VERDICTS[(flags >> 1) & 3] ?? null,
-    stable_lately: VERDICTS[(flags >> 3) & 3] ?? null,
+    verdict: VERDICTS[(flags >> 1) & 3] ?? null,
+    verdict_now: VERDICTS[(flags >> 3) & 3] ?? null,
     generation: u32(),
     time_s: f64(),
-    oscillation_j: f32(),
+    fast_force_n: f32(),
     hosts: times(hosts, host),
     surfaces: times(surfaces, surface),
   };

@@ -1,5 +1,5 @@
 // Pictures as the server writes them: for tests that have no server.
-import { PHASES, type Picture } from "../src/picture.ts";
+import { PHASES, type Picture, type Verdict } from "../src/picture.ts";
 
 export function encodePicture(picture: Picture): ArrayBuffer {
   const bytes: number[] = [];
@@ -11,15 +11,15 @@ export function encodePicture(picture: Picture): ArrayBuffer {
   const f32 = (value: number) => { scratch.setFloat32(0, value, true); put(4); };
   const f64 = (value: number) => { scratch.setFloat64(0, value, true); put(8); };
   const all = (values: readonly number[] | null) => (values ?? [NaN, NaN, NaN]).forEach(f32);
-  const verdict = (stable: boolean | null) => (stable === null ? 0 : stable ? 1 : 2);
+  const verdict = (verdict: Verdict | null) => (verdict === null ? 0 : 1 + ["quiet", "shaking", "diverging"].indexOf(verdict));
 
   u8(1);
-  u8(Number(picture.ended) | (verdict(picture.stable) << 1) | (verdict(picture.stable_lately) << 3));
+  u8(Number(picture.ended) | (verdict(picture.verdict) << 1) | (verdict(picture.verdict_now) << 3));
   u8(picture.hosts.length);
   u8(picture.surfaces.length);
   u32(picture.generation);
   f64(picture.time_s);
-  f32(picture.oscillation_j);
+  f32(picture.fast_force_n);
   for (const host of picture.hosts) {
     u8(host.host);
     u8(Number(host.touches_wall) | (Number(host.diverged) << 1));

@@ -71,7 +71,7 @@ export function picture(about: About, time_s: number): Picture {
     })),
   });
   return {
-    generation: 1, time_s, ended: false, stable: true, stable_lately: true, oscillation_j: 1e-7,
+    generation: 1, time_s, ended: false, verdict: "quiet", verdict_now: "quiet", fast_force_n: 1e-3,
     hosts: about.users.map((_, index) => host(index)), surfaces: [],
   };
 }

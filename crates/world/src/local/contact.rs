@@ -18,12 +18,15 @@ const MIN_SLIP_M: f64 = 1e-12;
 /// Numbers that a law may remember of one contact ([`LocalContact::memory`]).
 pub const LAW_MEMORY: usize = 6;
 
-/// A number that a law remembers of a contact.
+/// A number that a law remembers of a contact. They differ in what becomes of them where the finger comes off, and in what
+/// bounds friction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LawState {
-    /// The integral's force along the normal, N.
+    /// The integral's force along the normal, N. It is part of every force and of the push that bounds friction; where the
+    /// finger comes off it drains, and what is left counts where the finger touches again.
     Integral,
-    /// A number of [`LocalContact::memory`], from 0.
+    /// A number of [`LocalContact::memory`], from 0, in whichever unit. Nothing but the law looks at it; it is zero whenever
+    /// the finger begins to touch.
     Memory(u8),
 }
 

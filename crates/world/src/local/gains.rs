@@ -2,7 +2,8 @@
 
 use cotouch_scene::scene::LocalModel;
 
-/// The gains of one contact's local model in one slow period.
+/// The gains of one contact's local model in one slow period: what of a law's parameters is per tick or follows from K_o.
+/// Parameters that do neither are in [`SoftContactModel`](super::SoftContactModel).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LocalGains {
     /// Stiffness K_h of the spring, N/m.

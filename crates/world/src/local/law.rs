@@ -65,8 +65,10 @@ pub trait LocalLaw: Debug + Sync {
 /// What a law needs besides K_h.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct LawNeeds {
-    /// INT: the law's force grows in the course of a slow period.
-    pub integral_gain: bool,
+    /// Gains that the analysis suggests are a pair K_h and INT, found for the loop of `pi` with its pure integrator (Barbagli
+    /// et al. 2003, (6)); without this, K_h alone, as for `p`. A law with another integral leaves it out, and its loop gets
+    /// a rule of its own in `cotouch_analysis::gain_ratios`.
+    pub gains_of_pi: bool,
     /// The joint compliance of all contacts, and the forces with which the frame in use was made.
     pub joint_compliance: bool,
 }

@@ -2,7 +2,8 @@
 
 use cotouch_scene::scene::{Scene, WallSides};
 
-/// The constants of fingers' contacts with a soft body: what `[local_model]` and `[hand]` say and no gain scales.
+/// The constants of fingers' contacts with a soft body: what `[local_model]` and `[hand]` say and neither K_o nor the length
+/// of a slow period scales; what these scale is in [`LocalGains`](super::LocalGains).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SoftContactModel {
     /// Whether contacts also pull.

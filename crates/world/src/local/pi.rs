@@ -19,7 +19,7 @@ pub(super) struct PiLaw;
 
 impl LocalLaw for PiLaw {
     fn needs(&self) -> LawNeeds {
-        LawNeeds { integral_gain: true, ..LawNeeds::default() }
+        LawNeeds { gains_of_pi: true, ..LawNeeds::default() }
     }
 
     fn states(&self) -> &'static [LawState] {

@@ -1,5 +1,8 @@
 //! Contacts of local models on surfaces that stand still, and the joint compliance.
 
+use std::sync::LazyLock;
+
+use cotouch_scene::scene::LocalModel;
 use cotouch_world::MeshSurface;
 use cotouch_world::local::{
     ContactInput, JointContact, LocalContact, LocalGains, SoftContactModel, SurfaceInUse, joint_forces,
@@ -34,19 +37,24 @@ fn ball(times: usize) -> MeshSurface {
 }
 
 fn model(friction: f64) -> SoftContactModel {
+    let scene = cotouch_scene::load("spring", &[]).unwrap();
     SoftContactModel {
         two_sided: false,
         friction,
         radius_m: RADIUS_M,
         exit_threshold_m: 0.0,
         entry_threshold_m: 0.0,
-        threshold_force_n: 0.0,
         tick_s: 1e-3,
+        ..SoftContactModel::new(&scene)
     }
 }
 
-const GAINS: LocalGains =
-    LocalGains { stiffness_n_per_m: 100.0, integral_per_tick_n_per_m: 1.0, drain_ticks: 10.0 };
+/// K_h = 100 N/m, 1 N/m a tick, drained in 10 ticks.
+static GAINS: LazyLock<LocalGains> = LazyLock::new(|| {
+    let (stiffness_n_per_m, integral_n_per_m, drain_periods) = (100.0, 1.0, 10.0);
+    let model = LocalModel { stiffness_n_per_m, integral_n_per_m, drain_periods, ..LocalModel::default() };
+    LocalGains::new(&model, 0.0, 1)
+});
 
 fn input<'a>(model: &'a SoftContactModel, surface: &'a SurfaceInUse<'a>, centre: DVec3) -> ContactInput<'a> {
     ContactInput { model, gains: &GAINS, surface, centre, velocity: DVec3::ZERO }

@@ -4,20 +4,20 @@ import type { Control, MarginMessage, VerdictMessage } from "../protocol.ts";
 import { readable } from "./scale.ts";
 
 /** What the running session does, as far as can be told. */
-export type Observed = "unknown" | "settled" | "shaking" | "lost" | "over";
+export type Observed = "unknown" | "quiet" | "shaking" | "diverging" | "lost" | "over";
 
 export function observed(picture: Picture | null): Observed {
   if (!picture) return "unknown";
   if (picture.ended) return "over";
   if (picture.hosts.some((host) => host.diverged)) return "lost";
-  if (picture.stable_lately === null) return "unknown";
-  return picture.stable_lately ? "settled" : "shaking";
+  return picture.verdict_now ?? "unknown";
 }
 
 export const OBSERVED: Record<Observed, string> = {
   unknown: "Too early to say",
-  settled: "Stable",
+  quiet: "Quiet",
   shaking: "Shaking",
+  diverging: "Diverging",
   lost: "Left all bounds",
   over: "Over",
 };
@@ -29,8 +29,9 @@ export function agreement(predicted: boolean | null, seen: Observed, same: boole
   if (!same) return `What if: predicted ${word}. The session runs with other settings.`;
   if (seen === "over") return `Predicted ${word}; the session is over.`;
   if (seen === "unknown") return `Predicted ${word}; the session has only begun.`;
-  if (predicted) return seen === "settled" ? "Predicted stable – and it is." : "Predicted stable – still settling.";
+  if (predicted) return seen === "quiet" ? "Predicted stable – and it is." : "Predicted stable – still settling.";
   if (seen === "lost") return "Predicted unstable – and it left all bounds.";
+  if (seen === "diverging") return "Predicted unstable – and it diverges.";
   return seen === "shaking" ? "Predicted unstable – and it shakes." : "Predicted unstable – it has not shaken yet.";
 }
 

@@ -60,12 +60,12 @@ export function describe(about: About): string {
   ].join(" · ");
 }
 
-/** What the session did lately, as a badge. */
+/** What the session does, as a badge. */
 export function observe(picture: Picture): [Mood, string] {
   if (picture.ended) return ["unknown", "over"];
   if (picture.hosts.some((host) => host.diverged)) return ["bad", "left all bounds"];
-  if (picture.stable_lately === null) return ["unknown", "starting"];
-  return picture.stable_lately ? ["good", "stable"] : ["bad", "shaking"];
+  if (picture.verdict_now === null) return ["unknown", "starting"];
+  return [picture.verdict_now === "quiet" ? "good" : "bad", picture.verdict_now];
 }
 
 class Badge {

@@ -112,7 +112,7 @@ function detailsOf({ about }: RecordingInfo): string {
 /** In words, and in which colour. */
 function stateOf(picture: Picture): [text: string, colour: string] {
   if (picture.hosts.some(({ diverged }) => diverged)) return ["left all bounds", "--bad"];
-  const stable = picture.stable_lately ?? picture.stable;
-  if (stable === null) return ["", "--muted"];
-  return stable ? ["stable", "--good"] : ["not stable", "--bad"];
+  const verdict = picture.verdict_now ?? picture.verdict;
+  if (verdict === null) return ["", "--muted"];
+  return [verdict, verdict === "quiet" ? "--good" : "--bad"];
 }

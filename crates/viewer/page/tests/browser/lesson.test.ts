@@ -53,9 +53,9 @@ test("a slider past the line: the session is set, the question asked, the gauge 
   assert.equal(said(server, "predict").at(-1)!.settings[K_OBJECTS] ?? 10000, 10000);
   assert.equal(await page.textContent(RADIUS), radiusAt(10000, 400).toFixed(4));
   await saying(server, AGREEMENT, "it has not shaken yet");
-  server.sendPicture(encodePicture({ ...picture(LINE, 2), stable_lately: false, oscillation_j: 0.02 }));
+  server.sendPicture(encodePicture({ ...picture(LINE, 2), verdict_now: "shaking", fast_force_n: 2 }));
   await saying(server, AGREEMENT, "Predicted unstable – and it shakes.");
-  await saying(server, "#lesson .energy", "20 mJ");
+  await saying(server, "#lesson .force", "2 N above 8 Hz");
   await saying(server, "#header", "Running shaking");
 
   await page.keyboard.press("Home");

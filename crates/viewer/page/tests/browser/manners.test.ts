@@ -82,7 +82,7 @@ test("a message that cannot be read ends nothing", async () => {
   const server = await open();
   server.sendPicture(new ArrayBuffer(3));
   await saying(server, "#notices", "could not be read");
-  server.sendPicture(encodePicture({ ...picture(LINE, 2), stable_lately: false }));
+  server.sendPicture(encodePicture({ ...picture(LINE, 2), verdict_now: "shaking" }));
   await saying(server, "#header", "Running shaking");
   assert.deepEqual(server.errors, []);
   await server.page.close();
@@ -166,7 +166,7 @@ test("words stand out from what is behind them, in the light and in the dark", a
       if (question?.type === "predict") {
         answers({ ...question, margin: true }, stable ? SETTINGS : { ...SETTINGS, "coupling.object_object.stiffness_n_per_m": 9000 }).forEach(server.send);
       }
-      server.sendPicture(encodePicture({ ...picture(LINE, 2), stable_lately: stable }));
+      server.sendPicture(encodePicture({ ...picture(LINE, 2), verdict_now: stable ? "quiet" : "shaking" }));
       await pass(page, 250);
       // Colours fade in the browser's own time.
       await page.waitForFunction(() => document.getAnimations().every(({ playState }) => playState === "finished"));

@@ -158,10 +158,10 @@ test("the gauge turns where the analysis says, the session agrees, and settles a
     }
     // Well past it, the running session shakes; back below, it settles: the same session all the time.
     await setNumber(watching, STIFFNESS_LABEL, 1.5 * line);
-    await until("the session shakes", () => latest(watching).stable_lately === false);
+    await until("the session shakes", () => ["shaking", "diverging"].includes(latest(watching).verdict_now ?? ""));
     await setNumber(watching, STIFFNESS_LABEL, 400);
     await shows("stable");
-    await until("the session settles", () => latest(watching).stable_lately === true);
+    await until("the session settles", () => latest(watching).verdict_now === "quiet");
     const { generation } = latest(watching);
     assert.ok(generation >= before, `session ${before} became ${generation}`);
     await watching.page.getByText("here").first().waitFor({ state: "attached" });

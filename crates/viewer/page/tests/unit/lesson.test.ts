@@ -107,19 +107,20 @@ test("the needle stands upright at 1 and leans to the side of the verdict", () =
 });
 
 test("prediction and session agree, or not yet, in words", () => {
-  assert.match(agreement(true, "settled", true), /stable – and it is/);
+  assert.match(agreement(true, "quiet", true), /stable – and it is/);
   assert.match(agreement(false, "shaking", true), /unstable – and it shakes/);
+  assert.match(agreement(false, "diverging", true), /unstable – and it diverges/);
   assert.match(agreement(true, "shaking", true), /still settling/);
-  assert.match(agreement(false, "settled", true), /not shaken yet/);
-  assert.match(agreement(false, "settled", false), /^What if/);
-  assert.match(agreement(null, "settled", true), /Waiting/);
+  assert.match(agreement(false, "quiet", true), /not shaken yet/);
+  assert.match(agreement(false, "quiet", false), /^What if/);
+  assert.match(agreement(null, "quiet", true), /Waiting/);
 });
 
 test("what the session does is read from its pictures", () => {
   const calm = picture(LINE, 1);
-  assert.equal(observed(calm), "settled");
-  assert.equal(observed({ ...calm, stable_lately: null }), "unknown");
-  assert.equal(observed({ ...calm, stable_lately: false }), "shaking");
+  assert.equal(observed(calm), "quiet");
+  assert.equal(observed({ ...calm, verdict_now: null }), "unknown");
+  assert.equal(observed({ ...calm, verdict_now: "shaking" }), "shaking");
   assert.equal(limits(calm), "");
   calm.hosts[1]!.fingers[0]!.governor_acted = 5;
   assert.equal(limits(calm), "Governor: force limit, slew limit");

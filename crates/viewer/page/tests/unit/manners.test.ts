@@ -26,7 +26,7 @@ test("the header says what runs and what it does", () => {
   assert.equal(describe({ ...SOFT, users: ["anna"] }), "1 user · haptics 1024 Hz · simulation 60 Hz");
   assert.equal(describe(GRASP), "distributed · 2 users · haptics 1024 Hz · network 128 Hz · delay 1 period");
   const seen = picture(GRASP, 1);
-  assert.deepEqual(observe(seen), ["good", "stable"]);
-  assert.deepEqual(observe({ ...seen, stable_lately: false }), ["bad", "shaking"]);
+  assert.deepEqual(observe(seen), ["good", "quiet"]);
+  assert.deepEqual(observe({ ...seen, verdict_now: "shaking" }), ["bad", "shaking"]);
   assert.deepEqual(observe({ ...seen, ended: true }), ["unknown", "over"]);
 });
