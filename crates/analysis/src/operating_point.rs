@@ -10,7 +10,7 @@
 //! the force on the finger:
 //!
 //! ```no_run
-//! # use cotouch_analysis::{compile::compile_at, operating_point::{FingerContact, OperatingPoint}};
+//! # use cotouch_analysis::{FingerContact, OperatingPoint, compile_at};
 //! # use cotouch_scene::names::HostIndex;
 //! # use glam::{DMat3, DVec3};
 //! # let scene = cotouch_scene::load("single-axis", &[])?;

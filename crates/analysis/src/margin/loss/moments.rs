@@ -16,7 +16,7 @@ pub(super) fn verdict(lossy: &LossyLoop, rate: f64) -> Result<Option<PointVerdic
     let Some(powers) = squarings(mean.a.clone()) else {
         let of_mean = spectral_radius(&eigenvalues(&mean.a)?);
         let is_unstable = of_mean > 1.0 + UNSETTLED;
-        return Ok(is_unstable.then(|| PointVerdict { spectral_radius: of_mean * of_mean, stable: false }));
+        return Ok(is_unstable.then_some(PointVerdict { spectral_radius: of_mean * of_mean, stable: false }));
     };
     let blocks = Blocks::new(lossy);
     let spectral_radius = largest_eigenvalue(blocks.identity(), |moments| {
@@ -102,7 +102,8 @@ fn squarings(matrix: DMatrix<f64>) -> Option<Vec<DMatrix<f64>>> {
     const LARGEST: f64 = 1e30;
     let mut powers = vec![matrix];
     while let Some(last) = powers.last().filter(|last| last.norm() > 1e-9) {
-        if powers.len() == MAX || !(last.norm() < LARGEST) {
+        let is_small = last.norm() < LARGEST;
+        if powers.len() == MAX || !is_small {
             return None;
         }
         let square = last * last;

@@ -116,3 +116,25 @@ fn eight_users_on_an_organ_have_a_verdict() {
     let all = found.modes.iter().find(|mode| mode.contacts.len() == 8).unwrap();
     assert!((all.spectral_radius / OF_THE_WHOLE - 1.0).abs() < 1e-11, "{}", all.spectral_radius);
 }
+
+#[test]
+fn forces_that_cancel_but_for_rounding_have_the_verdict_of_the_whole() {
+    // A quasi-static body gives way by what the law of compliance takes back, whenever its results come.
+    let radius = |delay: u32| {
+        let settings = [
+            "local_model.kind=compliance".to_owned(),
+            "local_model.stiffness_n_per_m=700".to_owned(),
+            "soft.mesh.stiffness_n_per_m=310".to_owned(),
+            format!("local_model.result_delay_periods={delay}"),
+        ];
+        analyze(&scene("spring", &settings.each_ref().map(String::as_str))).unwrap().spectral_radius
+    };
+    for delay in 0..=4 {
+        assert!((radius(delay) - 0.178_614_487_235).abs() < 1e-8, "{delay}: {}", radius(delay));
+    }
+    for name in ["soft-block", "balloon"] {
+        let settings = ["local_model.kind=compliance", "soft.quasi_static=true"];
+        let stability = analyze(&scene(name, &settings)).unwrap();
+        assert!(stability.spectral_radius < 0.9, "{name}: {}", stability.spectral_radius);
+    }
+}
