@@ -83,8 +83,11 @@ impl LocalLaw for ComplianceLaw {
     }
 }
 
-/// (1/K_h + W)⁻¹, N/m.
+/// (1/K_h + W)⁻¹, N/m. Where K_h is 0, which it is for all contacts or for none, nobody feels anything.
 fn sharing(contacts: &StickingContacts<'_>, compliance: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+    if contacts.gains.iter().any(|gains| gains.stiffness_n_per_m == 0.0) {
+        return Some(DMatrix::zeros(compliance.nrows(), compliance.ncols()));
+    }
     let mut sum = compliance.clone();
     for row in 0..sum.nrows() {
         sum[(row, row)] += contacts.gains[row / 3].stiffness_n_per_m.recip();

@@ -138,3 +138,12 @@ fn forces_that_cancel_but_for_rounding_have_the_verdict_of_the_whole() {
         assert!(stability.spectral_radius < 0.9, "{name}: {}", stability.spectral_radius);
     }
 }
+
+#[test]
+fn a_local_model_without_stiffness_is_a_loop_of_hands_alone() {
+    for kind in ["hold", "p", "compliance"] {
+        let settings = [format!("local_model.kind={kind}"), "local_model.stiffness_ratio=0".to_owned()];
+        let stability = analyze(&scene("balloon", &settings.each_ref().map(String::as_str))).unwrap();
+        assert!(stability.stable, "{kind}: {}", stability.spectral_radius);
+    }
+}
