@@ -12,8 +12,10 @@ const CORNER_BESIDE_TREMOR_HZ: f64 = 24.0;
 const LOWEST_NOTCH_HZ: f64 = 2.0;
 /// Half the width of what is left out around a frequency that a script asks for, as a share of it.
 const NOTCH_WIDTH: f64 = 0.2;
-/// Frequencies of scripts that are left out.
+/// Frequencies of scripts that are left out one by one; where there are more, what counts begins above the highest of them.
 const MAX_NOTCHES: usize = 4;
+/// Where it then begins, in units of that frequency: a thirtieth of a force of that frequency is left.
+const ABOVE_ASKED: f64 = 2.4;
 /// Second-order sections of the high pass: a Butterworth filter of the fourth order.
 const SECTIONS: usize = 2;
 /// All sections.
@@ -43,20 +45,26 @@ impl Band {
             let fingers = user.fingers.iter().flat_map(|finger| finger.script.iter());
             user.script.iter().chain(fingers)
         });
-        let (mut tremor, mut asked_hz) = (false, ArrayVec::<f64, MAX_NOTCHES>::new());
+        let mut corner_hz = CORNER_HZ;
+        let mut asked_hz = Vec::new();
         for action in scripts {
             match action {
-                Action::Tremor { .. } => tremor = true,
-                Action::Sinusoid { frequency_hz, .. } | Action::SinusoidalForce { frequency_hz, .. } => {
-                    let is_new = !asked_hz.contains(frequency_hz);
-                    if is_new && *frequency_hz >= LOWEST_NOTCH_HZ && !asked_hz.is_full() {
-                        asked_hz.push(*frequency_hz);
-                    }
+                Action::Tremor { rms_n, .. } if *rms_n != DVec3::ZERO => corner_hz = CORNER_BESIDE_TREMOR_HZ,
+                Action::Sinusoid { frequency_hz, amplitude_m: amplitude, .. }
+                | Action::SinusoidalForce { frequency_hz, amplitude_n: amplitude, .. }
+                    if *amplitude != DVec3::ZERO && *frequency_hz >= LOWEST_NOTCH_HZ =>
+                {
+                    asked_hz.push(*frequency_hz);
                 }
                 _ => {}
             }
         }
-        let corner_hz = if tremor { CORNER_BESIDE_TREMOR_HZ } else { CORNER_HZ };
+        asked_hz.sort_by(f64::total_cmp);
+        asked_hz.dedup();
+        if let (Some(&highest_hz), true) = (asked_hz.last(), asked_hz.len() > MAX_NOTCHES) {
+            corner_hz = corner_hz.max(ABOVE_ASKED * highest_hz);
+            asked_hz.clear();
+        }
         Self::new(corner_hz, &asked_hz, scene.rates.control_hz.period_s())
     }
 
@@ -155,6 +163,27 @@ mod tests {
         let band = Band::new(CORNER_HZ, &[20.0], T);
         assert!(gain(&band, 20.0) < 1e-3, "{}", gain(&band, 20.0));
         assert!(gain(&band, 40.0) > 0.95);
+    }
+
+    #[test]
+    fn a_scene_leaves_out_all_that_its_scripts_ask_for_and_nothing_that_has_no_strength() {
+        let band = |actions: &[(f64, f64)]| {
+            let force = |&(newtons, frequency_hz): &(f64, f64)| Action::SinusoidalForce {
+                amplitude_n: DVec3::X * newtons,
+                frequency_hz,
+                phase_rad: 0.0,
+                duration_s: 1.0,
+            };
+            let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
+            let edited = scene.edit(|scene| scene.users[0].script = actions.iter().map(force).collect());
+            Band::of_scene(&edited.expect("a script like any"))
+        };
+        assert_eq!(band(&[(0.0, 13.0), (0.0, 14.0)]), Band::new(CORNER_HZ, &[], T));
+        assert_eq!(band(&[(1.0, 13.0), (2.0, 13.0)]), Band::new(CORNER_HZ, &[13.0], T));
+        let asked_hz = [2.5, 3.0, 3.5, 4.0, 20.0];
+        let many = band(&asked_hz.map(|hz| (1.0, hz)));
+        asked_hz.iter().for_each(|&hz| assert!(gain(&many, hz) < 0.035, "{hz} Hz: {}", gain(&many, hz)));
+        assert!(gain(&many, 100.0) > 0.95);
     }
 
     #[test]
