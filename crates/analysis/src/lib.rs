@@ -74,6 +74,7 @@ mod order;
 mod plant;
 mod poles;
 mod rigid;
+mod singular_values;
 mod soft;
 mod stability;
 mod sweep;

@@ -29,6 +29,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
 use crate::loop_spec::{Coupling, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
+use crate::singular_values::SingularValues;
 use coasting::{Coasting, coasting};
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
@@ -343,8 +344,7 @@ fn solve_balance(stiffness: DMatrix<f64>, lag_force: &DVector<f64>) -> Option<DV
         return Some(DVector::zeros(lag_force.len()));
     }
     let threshold = stiffness.amax() * 1e-13;
-    let decomposition = stiffness.clone().svd(true, true);
-    let offsets = decomposition.solve(lag_force, threshold).ok()?;
+    let offsets = SingularValues::of(&stiffness)?.solve(lag_force, threshold);
     let is_balanced = (stiffness * &offsets - lag_force).amax() <= RELATIVE * scale;
     is_balanced.then_some(offsets)
 }

@@ -36,7 +36,7 @@ impl TurningPart<'_> {
             basis.extend(apart_from(&basis, vector.clone()));
         }
         let mut found = Vec::new();
-        for motion in null_space(self.stiffness(&places)) {
+        for motion in null_space(&self.stiffness(&places)) {
             let still = apart_from(&basis, self.still(&places, &motion));
             if let Some(still) =
                 still.filter(|still| (map * still - still).norm() <= 1e-9 * (1.0 + map.norm()))

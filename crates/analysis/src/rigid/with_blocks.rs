@@ -21,6 +21,7 @@ use super::null_space::{NEGLIGIBLE, null_space};
 use crate::balance::Balance;
 use crate::lift::layout::Layout;
 use crate::loop_spec::{BodyId, Dof, Dynamics, LoopSpec, Motion, Signal, Term};
+use crate::singular_values::SingularValues;
 
 /// A part in which blocks act.
 pub(super) struct PartWithBlocks<'a> {
@@ -129,9 +130,9 @@ impl<'a> PartWithBlocks<'a> {
                     let of_blocks = &answer * &of_bodies;
                     DVector::from_iterator(all.len(), of_bodies.iter().chain(&of_blocks).copied())
                 };
-                null_space(felt).into_iter().map(whole).collect()
+                null_space(&felt).into_iter().map(whole).collect()
             }
-            None => null_space(laws),
+            None => null_space(&laws),
         };
         let placed = |solution: DVector<f64>| {
             let mut unknowns = DVector::zeros(matrix.ncols());
@@ -285,7 +286,7 @@ fn within(rests: &[Rest], marked: &DVector<f64>) -> Vec<Rest> {
     let others = DMatrix::from_fn(marked.len().max(rests.len()), rests.len(), |row, column| {
         if row < marked.len() && marked[row] == 0.0 { columns[column][row] } else { 0.0 }
     });
-    null_space(others).iter().map(|factors| combined(rests, factors)).collect()
+    null_space(&others).iter().map(|factors| combined(rests, factors)).collect()
 }
 
 /// The combination with the given positions, where there is one.
@@ -296,7 +297,7 @@ fn combination(rests: &[Rest], positions: &DVector<f64>) -> Option<Rest> {
     let columns: Vec<_> = rests.iter().map(|rest| rest.positions.clone()).collect();
     let columns = DMatrix::from_columns(&columns);
     let scale = columns.amax();
-    let factors = columns.svd(true, true).solve(positions, NEGLIGIBLE * scale).ok()?;
+    let factors = SingularValues::of(&columns)?.solve(positions, NEGLIGIBLE * scale);
     let combined = combined(rests, &factors);
     ((&combined.positions - positions).norm() <= NOT_MOVED * positions.norm()).then_some(combined)
 }

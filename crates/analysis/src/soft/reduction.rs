@@ -6,6 +6,7 @@ use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::slow_body::SlowBody;
+use crate::singular_values::SingularValues;
 
 /// Krylov blocks that are tried first, and by how many more each time.
 const MIN_BLOCKS: usize = 4;
@@ -90,7 +91,7 @@ impl<'a> Reachable<'a> {
     ) -> Option<LinearBlock> {
         let transposed: Vec<_> = self.powers.iter().map(DMatrix::transpose).collect();
         let seen = gramian_factor(&transposed, &c.transpose());
-        let (u, values, v) = singular_values(&(seen.transpose() * &self.factor))?;
+        let SingularValues { u, values, v } = SingularValues::of(&(seen.transpose() * &self.factor))?;
         let largest = values.first().copied().unwrap_or(0.0).max(d.amax());
         let kept = values.iter().take_while(|&&value| value > negligible * largest).count();
         let scale = |matrix: DMatrix<f64>| {
@@ -141,16 +142,4 @@ fn compressed(factor: DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(triangle.ncols(), triangle.nrows(), |row, column| {
         if row < column { 0.0 } else { triangle[(column, row)] }
     })
-}
-
-/// U, the singular values from the largest on, and V.
-fn singular_values(matrix: &DMatrix<f64>) -> Option<(DMatrix<f64>, Vec<f64>, DMatrix<f64>)> {
-    let dense = Mat::from_fn(matrix.nrows(), matrix.ncols(), |row, column| matrix[(row, column)]);
-    let svd = dense.thin_svd().ok()?;
-    let (u, v) = (svd.U(), svd.V());
-    let count = matrix.nrows().min(matrix.ncols());
-    let values = (0..count).map(|index| svd.S()[index]).collect();
-    let own =
-        |of: faer::MatRef<'_, f64>| DMatrix::from_fn(of.nrows(), of.ncols(), |row, column| of[(row, column)]);
-    Some((own(u), values, own(v)))
 }

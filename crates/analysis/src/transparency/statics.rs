@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::alone::{End, Held};
 use crate::balance::Balance;
+use crate::singular_values::SingularValues;
 
 /// Force over displacement, N/m; 0 where nothing resists.
 pub(super) fn stiffness(held: &Held) -> f64 {
@@ -27,9 +28,8 @@ pub(super) fn stiffness(held: &Held) -> f64 {
             force[row] /= size;
         }
     }
-    let decomposition = matrix.clone().svd(true, true);
-    let threshold = decomposition.singular_values.max() * NOTHING;
-    let Ok(state) = decomposition.solve(&force, threshold) else { return 0.0 };
+    let Some(found) = SingularValues::of(&matrix) else { return 0.0 };
+    let state = found.solve(&force, found.largest() * NOTHING);
     if (&matrix * &state - &force).norm() > BALANCED * force.norm() {
         return 0.0;
     }

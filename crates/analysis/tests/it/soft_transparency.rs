@@ -234,3 +234,25 @@ fn sinusoidal_forces_on_a_spring_meet_the_predicted_response() {
         }
     }
 }
+
+/// Shares at which a decomposition once went wrong, and others.
+#[test]
+fn stiffness_at_rest_is_that_of_the_slowest_motion() {
+    for ratio in [0.4, 0.5, 0.8, 1.0, 4.0] {
+        let overrides = [set("local_model.kind", "compliance"), set("local_model.stiffness_ratio", ratio)];
+        let scene = scene("soft-block", &overrides);
+        let slowest = admittance(&scene, &[1e-3]).unwrap();
+        for ((felt, _), user) in stiffness(&scene).into_iter().zip(&slowest.users) {
+            assert_close(felt, user.magnitude[0].recip(), 1e-5);
+        }
+    }
+}
+
+#[test]
+fn a_stiffness_that_is_never_come_to_is_told_so() {
+    let stable = |kind: &str| {
+        let scene = scene("organ", &[set("session.users", 1), set("local_model.kind", kind)]);
+        equivalent_stiffness(&scene).unwrap().users[0].stable
+    };
+    assert!(stable("compliance") && !stable("pi"));
+}

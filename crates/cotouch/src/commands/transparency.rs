@@ -156,6 +156,11 @@ fn pole(pole: Option<f64>) -> String {
     pole.map_or_else(|| "none".to_owned(), |pole| format!("{}{}", prediction::radius(pole), words(pole)))
 }
 
+/// What follows the answer of a user whose loop never comes to it.
+fn unstable_alone(stable: bool) -> &'static str {
+    if stable { "" } else { " (unstable alone: never settles into this)" }
+}
+
 fn stiffness_text(scene: &Scene, stiffness: &EquivalentStiffness) -> String {
     let mut text = format!("{}\nforce over displacement at rest, the others absent\n\n", title(scene));
     for user in &stiffness.users {
@@ -163,7 +168,7 @@ fn stiffness_text(scene: &Scene, stiffness: &EquivalentStiffness) -> String {
             0.0 => "0 N/m (nothing resists)".to_owned(),
             value => format!("{value:.3} N/m"),
         };
-        let _ = writeln!(text, "{:<22} {value}", user.name);
+        let _ = writeln!(text, "{:<22} {value}{}", user.name, unstable_alone(user.stable));
     }
     let mut ideal = |name: &str, value: f64, alone: &str| {
         let _ = writeln!(text, "{name:<22} {value:.3} N/m ({alone} alone)");
@@ -202,7 +207,7 @@ fn admittance_text(scene: &Scene, admittance: &Admittance) -> String {
 }
 
 fn user_text(text: &mut String, user: &UserAdmittance, admittance: &Admittance, unit: &str) {
-    let stable = if user.stable { "" } else { " (unstable alone: never settles into this)" };
+    let stable = unstable_alone(user.stable);
     let _ = writeln!(text, "\n{}{stable}", user.name);
     let columns =
         ["rad/s", &format!("slow-rate, {unit}"), "phase", &format!("fundamental, {unit}"), "phase", "ideal"];
