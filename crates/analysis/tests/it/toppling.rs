@@ -25,7 +25,7 @@ fn squeezed(stick_n_per_m: f64, hand_n_per_m: f64) -> Scene {
         user("anna", -1.0),
         user("ben", 1.0)
     );
-    cotouch_scene::parse(&text).unwrap()
+    cotouch_scene::parse(&text, "squeezed", None, &[]).unwrap()
 }
 
 #[test]
