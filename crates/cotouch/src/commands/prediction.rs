@@ -24,6 +24,17 @@ pub(super) fn predicted(stability: &Stability) -> Predicted {
     Predicted { stable: stability.stable, spectral_radius: stability.spectral_radius }
 }
 
+/// What is predicted of a scene; nothing, and a note, where nothing can be.
+pub(super) fn predicted_if_possible(scene: &Scene) -> Option<Predicted> {
+    match cotouch_analysis::analyze(scene) {
+        Ok(stability) => Some(predicted(&stability)),
+        Err(error) => {
+            eprintln!("note: no prediction: {error}");
+            None
+        }
+    }
+}
+
 /// Who takes part, under which architecture, at which rates.
 pub(super) fn who_and_how(scene: &Scene) -> String {
     let architecture = match scene.session.architecture {

@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 
 use cotouch_runtime::{DivergedSummary, HapticSummary, Percentiles, ShakingSummary, SoftSummary, Summary};
 
+use super::stretches;
+
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
 
@@ -69,8 +71,12 @@ pub(super) fn text(summary: &Summary) -> String {
     text
 }
 
-/// The outcome beside the prediction, in one sentence.
+/// The outcome beside the prediction, in one sentence; of each of its settings, where they were changed.
 pub(super) fn verdict(summary: &Summary) -> String {
+    stretches::verdict(summary).unwrap_or_else(|| verdict_of_all(summary))
+}
+
+fn verdict_of_all(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
     let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
     match summary.predicted.map(|predicted| predicted.stable) {
@@ -82,6 +88,12 @@ pub(super) fn verdict(summary: &Summary) -> String {
         Some(false) => format!("{word}, as predicted{what}"),
         Some(true) => format!("{word}, although the prediction was stable{what}; {}", what_else(summary)),
     }
+}
+
+/// The outcome in one sentence.
+pub(super) fn outcome(summary: &Summary) -> String {
+    let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
+    format!("{}{what}", summary.verdict.in_words())
 }
 
 /// Who did not stay quiet, how and when; nothing of a quiet run.
@@ -122,6 +134,9 @@ fn what_else(summary: &Summary) -> String {
 /// The same for the top of a picture, where there is room for a line.
 pub(super) fn headline(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
+    if let Some(agreement) = stretches::agreement(summary) {
+        return format!("{}: {word}, {agreement}", summary.scene);
+    }
     let predicted = match summary.predicted.map(|predicted| predicted.stable) {
         None => "",
         Some(stable) if stable == summary.stable => ", as predicted",
