@@ -87,6 +87,6 @@ pub use station::{Punctuality, Station, StationState};
 pub use summary::{
     DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
     PassivitySummary, Percentiles, Predicted, RoundTrip, SettingValue, SettingsSummary, ShakingSummary,
-    SoftSummary, Summary, UserSummary,
+    SoftSummary, Summary, Unproven, UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

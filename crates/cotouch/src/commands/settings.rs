@@ -27,7 +27,7 @@ pub(super) fn complete(summary: &mut Summary, first: &Scene, predicted: Option<P
         let scene = stretch.scene.clone().filter(|_| index > 0);
         stretch.settings = scene.as_ref().map(|scene| known.differences(scene)).unwrap_or_default();
         let predicted = scene.as_ref().map_or(known.predicted, |scene| known.predicted(scene));
-        stretch.stable = predicted.map(|predicted| predicted.stable);
+        stretch.stable = predicted.and_then(|predicted| predicted.stable);
         stretch.spectral_radius = predicted.map(|predicted| predicted.spectral_radius);
         summary.predicted = predicted;
     }
