@@ -5,7 +5,6 @@ use nalgebra::{Complex, DMatrix, DVector};
 use crate::check::check;
 use crate::deflate::deflate;
 use crate::dominant::{EnergyShares, is_as_large};
-use crate::eigenvalues::{self, EigenvalueError, balance, of_balanced};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
 use crate::loop_spec::LoopSpec;
@@ -14,6 +13,7 @@ use crate::soft::SoftAnalysisError;
 use crate::symmetry::{Share, split};
 use crate::toppling;
 use crate::verdict::{AnalysisError, LoopStability, is_stable};
+use cotouch_matrix::{EigenvalueError, balance, of_balanced};
 
 /// Beyond this, in SI units, sums of squares would overflow.
 const LARGEST_GROWTH: f64 = 1e120;
@@ -117,7 +117,7 @@ fn together(shares: Vec<Poles>) -> LoopStability {
     toppling_per_s.sort_by(|one, other| other.total_cmp(one));
     let drag_pole = (dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
     eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
-    let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
+    let spectral_radius = cotouch_matrix::spectral_radius(&eigenvalues);
     LoopStability {
         spectral_radius,
         stable: is_stable(spectral_radius, loose_parts),
@@ -132,7 +132,7 @@ fn together(shares: Vec<Poles>) -> LoopStability {
 
 /// Of the shares that have the largest eigenvalue.
 fn dominant_axis(shares: &[Poles]) -> Option<&'static str> {
-    let radius = |share: &Poles| eigenvalues::spectral_radius(&share.eigenvalues);
+    let radius = |share: &Poles| cotouch_matrix::spectral_radius(&share.eigenvalues);
     let largest = shares.iter().map(radius).fold(0.0, f64::max);
     let mut motions = EnergyShares::default();
     for share in shares.iter().filter(|share| is_as_large(radius(share), largest)) {
@@ -189,7 +189,7 @@ fn eigenvalues_of_rest(
     if deflated {
         balance(&mut matrix);
     }
-    eigenvalues::check(&matrix)?;
+    cotouch_matrix::check(&matrix)?;
     of_balanced(&matrix)
 }
 

@@ -15,9 +15,9 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::balance::Balance;
 use crate::discretise::per_inertia;
-use crate::eigenvalues::eigenvalues;
 use crate::loop_spec::{Body, Dynamics, LoopSpec, Plant};
 use crate::verdict::NEUTRAL;
+use cotouch_matrix::eigenvalues;
 
 /// What is left of an eigenvalue of S that is 0 but for rounding, relative to the largest.
 const ROUNDING: f64 = 1e-10;

@@ -4,9 +4,9 @@ use nalgebra::Complex;
 use serde::Serialize;
 
 use crate::check::SpecError;
-use crate::eigenvalues::EigenvalueError;
 use crate::left_out::LeftOut;
 use crate::soft::SoftAnalysisError;
+use cotouch_matrix::EigenvalueError;
 
 /// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
