@@ -80,6 +80,7 @@ mod stability;
 mod sweep;
 mod symmetry;
 pub mod transparency;
+mod variants;
 mod verdict;
 mod warnings;
 
