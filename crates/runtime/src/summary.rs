@@ -3,6 +3,11 @@
 //! A number that does not exist (a percentile of nothing, the round trip of a link that carried nothing) is `None`,
 //! and so is one that is not finite: both become `null`.
 
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use cotouch_scene::Value;
 use cotouch_scene::scene::{Architecture, Scene};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -28,8 +33,15 @@ pub struct Summary {
     pub diverged: Option<DivergedSummary>,
     /// Who shook, and when.
     pub shaking: Vec<ShakingSummary>,
-    /// What the analysis had said before; `None` when it could not say anything about the scene.
+    /// For how long the run was judged, s: since the end of the soft start.
+    pub judged_s: f64,
+    /// What the analysis says of the settings that ran last; `None` when it cannot say anything about the scene.
     pub predicted: Option<Predicted>,
+    /// What the run was with each set of settings, and what the analysis says of each; one where none was changed.
+    pub predictions: Vec<SettingsSummary>,
+    /// Further settings that are not told of one by one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub predictions_left_out: u32,
     /// The haptic loops, summed over hosts.
     pub haptic: HapticSummary,
     /// The network, summed over hosts.
@@ -63,12 +75,14 @@ pub struct EarlierSession {
     pub stable: bool,
     /// The recording that was written.
     pub recording: Option<String>,
+    /// What it was with each set of settings.
+    pub predictions: Vec<SettingsSummary>,
 }
 
 impl From<&Summary> for EarlierSession {
     fn from(summary: &Summary) -> Self {
-        let Summary { scene, duration_s, verdict, stable, recording, .. } = summary.clone();
-        Self { scene, duration_s, verdict, stable, recording }
+        let Summary { scene, duration_s, verdict, stable, recording, predictions, .. } = summary.clone();
+        Self { scene, duration_s, verdict, stable, recording, predictions }
     }
 }
 
@@ -89,7 +103,10 @@ impl Summary {
             stable: true,
             diverged: None,
             shaking: Vec::new(),
+            judged_s: 0.0,
             predicted: None,
+            predictions: Vec::new(),
+            predictions_left_out: 0,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
             soft: None,
@@ -101,10 +118,87 @@ impl Summary {
         }
     }
 
-    /// Whether prediction and outcome disagree; `None` when nothing was predicted.
+    /// Whether prediction and outcome disagree; `None` where there was no prediction.
     #[must_use]
     pub fn disagrees(&self) -> Option<bool> {
-        self.predicted.map(|predicted| predicted.stable != self.stable)
+        self.predicted?.stable.map(|stable| stable != self.stable)
+    }
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
+}
+
+/// A stretch of a run in which settings stayed the same. Settings that were changed again before half a second of them could
+/// be judged are left out, but for the first and the last ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingsSummary {
+    /// When it began, s of session time.
+    pub from_s: f64,
+    /// When it was over, or the run was, s of session time.
+    pub to_s: f64,
+    /// By scene key, what differs from what the session began with.
+    pub settings: BTreeMap<String, SettingValue>,
+    /// Whether the analysis calls these settings stable; `None` where that is not proven, or nothing was predicted.
+    pub stable: Option<bool>,
+    /// The largest spectral radius of a contact mode; `None` where nothing was predicted.
+    pub spectral_radius: Option<f64>,
+    /// What the run was from a second after the change on; `None` where that was too short to say.
+    pub verdict: Option<RunVerdict>,
+    /// How often fingers shook then.
+    pub shaking: u32,
+    /// For how long it was judged, s.
+    pub judged_s: f64,
+    /// What ran.
+    #[serde(skip)]
+    pub scene: Option<Arc<Scene>>,
+}
+
+impl SettingsSummary {
+    /// The keys in which `scene` differs from `from`, with its values.
+    #[must_use]
+    pub fn differences(scene: &Scene, from: &Scene) -> BTreeMap<String, SettingValue> {
+        scene.differences(from).into_iter().map(|(key, value)| (key, value.into())).collect()
+    }
+}
+
+/// The value of a scene key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SettingValue {
+    /// A number, in the unit of its key; a rate that is no decimal number is a fraction, as text.
+    Number(f64),
+    /// Whether something is so.
+    Flag(bool),
+    /// A text, or one of several words.
+    Text(String),
+    /// A vector in the world frame.
+    Vector([f64; 3]),
+}
+
+impl From<Value> for SettingValue {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Number(number) => Self::Number(number),
+            Value::Count(count) => Self::Number(count as f64),
+            Value::Rate(rate) if rate.denominator() == 1 => Self::Number(rate.hz()),
+            Value::Rate(rate) => Self::Text(rate.to_string()),
+            Value::Text(text) => Self::Text(text),
+            Value::Flag(flag) => Self::Flag(flag),
+            Value::Vector(vector) => Self::Vector(vector.to_array()),
+        }
+    }
+}
+
+/// As in `--set KEY=VALUE`.
+impl fmt::Display for SettingValue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(formatter, "{number}"),
+            Self::Flag(flag) => write!(formatter, "{flag}"),
+            Self::Text(text) => formatter.write_str(text),
+            Self::Vector([x, y, z]) => write!(formatter, "[{x}, {y}, {z}]"),
+        }
     }
 }
 
@@ -141,10 +235,36 @@ pub struct ShakingSummary {
 /// What the analysis says about the whole scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicted {
-    /// Whether every contact mode is stable.
-    pub stable: bool,
+    /// Whether the scene is stable; `None` where each analysed mode is and the analysis leaves open whether all is.
+    pub stable: Option<bool>,
     /// The largest spectral radius of a mode per analysed period, without the rigid-body poles.
     pub spectral_radius: f64,
+    /// What the analysis leaves open where it does not say whether the scene is stable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open: Option<Unproven>,
+}
+
+/// Why an analysis in which each mode is stable does not call a scene stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Unproven {
+    /// Something that users can do was not analysed.
+    Coverage,
+    /// All that users can do was analysed mode by mode, and switching between the modes is unproven.
+    Switching,
+}
+
+impl Unproven {
+    /// The reason in words, after "no prediction: ".
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Coverage => {
+                "each analysed contact mode is stable, but not all that can happen was analysed"
+            }
+            Self::Switching => "each contact mode is stable, but switching between them is unproven",
+        }
+    }
 }
 
 /// The haptic loops; `ticks + missed = due`.

@@ -9,7 +9,7 @@ use crate::variants::Variants;
 /// Serialises to the document of `cotouch analyze margin`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margins {
-    /// Of the scene as it is. Margins of an unstable scene are `None`, and its lists empty.
+    /// Whether each analysed mode of the scene as it is is stable. Margins of an unstable scene are `None`, and its lists empty.
     pub stable: bool,
     /// Of the scene as it is, as in [`Stability`](crate::Stability).
     pub spectral_radius: f64,

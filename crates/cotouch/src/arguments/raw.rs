@@ -267,17 +267,29 @@ enum ProbeServe {
 
 #[derive(Debug, Subcommand)]
 enum Analyze {
-    /// Whether every contact mode of a scene is stable, and by how much
+    /// Whether a scene is stable, contact mode by contact mode, and by how much
     #[command(after_help = "\
 The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
 the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
+
+A scene is called stable only where all that its users can touch, by script, by a device or by a hand taken on the page, was \
+analysed and is stable, and where switching between contacts was searched; unstable as soon as one analysed contact mode is; \
+and not proven (null with --json) where something was left out, or where switching is unproven. left_out says what. Maps and \
+margins are about the analysed modes alone.
 
 With --sweep the answer is a map, with its boundary; LO may be above HI. --out map.svg writes it as a picture, map.csv as a \
 table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \
 of different rates cannot be compared.
 
+--check is for whoever doubts a verdict, or quotes one: the map of the worst contact mode (of each, where there are few) is \
+found again by three routes that share only the loop's description with the verdict: instant by instant; by the direct \
+state-space method, all samples of a pattern at once; and by subsystem resampling, each part at its own rate (Fotoohi Ghiam \
+2006, ch. 4), which needs rates that are multiples of each other. Differences of the size of rounding, 1e-9 and less, mean that \
+the arithmetic is right. Whether the description fits what you have in your hands, they cannot tell.
+
 Example:
   cotouch analyze stability grasp
+  cotouch analyze stability single-axis --check
   cotouch analyze stability single-axis --set coupling.remote_hand_object.stiffness_n_per_m=4000
   cotouch analyze stability single-axis --sweep coupling.hand_object.stiffness_n_per_m=0..8000:200 \\
       --sweep coupling.remote_hand_object.stiffness_n_per_m=0..3000:200 --out map.svg")]
@@ -291,6 +303,9 @@ Example:
         /// The spectral radius at every point of a sweep, not only the verdict
         #[arg(long, requires = "sweeps")]
         radius: bool,
+        /// Find the maps behind the verdict by three other routes too, and say how they agree
+        #[arg(long, conflicts_with = "sweeps")]
+        check: bool,
     },
     /// How far every gain, the delay, the rates and the loss of packets are from instability
     #[command(after_help = "\
@@ -697,7 +712,7 @@ impl Analyze {
     fn lift(self) -> Result<Command, String> {
         let in_words = |error: SweepError| error.to_string();
         Ok(match self {
-            Self::Stability { scene, sweeps, radius } => {
+            Self::Stability { scene, sweeps, radius, check } => {
                 let sweeps: Vec<Sweep> =
                     sweeps.iter().map(|text| text.parse()).collect::<Result<_, _>>().map_err(in_words)?;
                 if sweeps.len() > 2 {
@@ -711,7 +726,7 @@ impl Analyze {
                 {
                     return Err(SweepError::Twice(x.key.clone()).to_string());
                 }
-                Command::Stability { scene, sweeps, with_radius: radius }
+                Command::Stability { scene, sweeps, with_radius: radius, with_check: check }
             }
             Self::Margin { scene } => Command::Margin { scene },
             Self::Damping { scene, user } => Command::Damping { scene, user },

@@ -1,5 +1,7 @@
 //! `cotouch analyze stability`.
 
+mod check;
+
 use std::fmt::Write as _;
 
 use cotouch_analysis::{ModeStability, Stability};
@@ -12,12 +14,23 @@ use crate::output::Output;
 /// Contact modes that people are shown.
 const MAX_MODES: usize = 16;
 
-/// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
-pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+/// Says whether a scene is stable, and `with_check` what other ways to the same maps say. Answers with exit status 0
+/// whatever the verdict.
+pub(super) fn stability(
+    name: &str,
+    with_check: bool,
+    overrides: &[Override],
+    output: &Output,
+) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
-    output.answer_as(&stability, &text(&title, &stability))?;
+    let text = text(&title, &stability);
+    if with_check {
+        check::answer(&scene, &stability, text, output)?;
+    } else {
+        output.answer_as(&stability, &text)?;
+    }
     Ok(Verdict::Good)
 }
 
@@ -45,6 +58,9 @@ fn text(title: &str, stability: &Stability) -> String {
             text,
             "and {more} more contact modes, less critical than those above; --json has all of them"
         );
+    }
+    if let Some(sentence) = prediction::worst(stability) {
+        let _ = writeln!(text, "{sentence}");
     }
     for warning in &stability.warnings {
         let _ = writeln!(text, "note: {warning}");
