@@ -12,7 +12,9 @@ mod report;
 mod reproduce;
 mod run;
 mod scene;
+mod settings;
 mod soft;
+mod stretches;
 mod transparency;
 
 use crate::arguments::{Command, Invocation, LocalModel};
