@@ -47,12 +47,12 @@ pub struct LoopSpec {
     /// What computes at clocks of its own.
     pub blocks: Vec<Block>,
     /// Every force on every body.
-    pub actions: Vec<Action>,
+    pub actions: Vec<AppliedForce>,
 }
 
 /// One force on one body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Action {
+pub struct AppliedForce {
     /// What it acts on.
     pub body: BodyId,
     /// Where it comes from.
@@ -169,7 +169,7 @@ impl LoopSpec {
 
     /// Lets a force act on `body`.
     pub fn act(&mut self, body: BodyId, coupling: Coupling) {
-        self.actions.push(Action { body, force: Force::Coupling(coupling) });
+        self.actions.push(AppliedForce { body, force: Force::Coupling(coupling) });
     }
 
     /// Pulls `body` towards `anchor`. Nothing acts on the anchor.
@@ -180,7 +180,7 @@ impl LoopSpec {
 
     /// Lets the force that `line` holds act on `body`.
     pub fn apply_held(&mut self, body: BodyId, line: LineId) {
-        self.actions.push(Action { body, force: Force::Held(line) });
+        self.actions.push(AppliedForce { body, force: Force::Held(line) });
     }
 
     /// Every force that something computes.
@@ -194,7 +194,7 @@ impl LoopSpec {
     }
 
     /// The force behind an action, computed here or where it was sampled.
-    pub(crate) fn coupling_of<'a>(&'a self, action: &'a Action) -> Option<&'a Coupling> {
+    pub(crate) fn coupling_of<'a>(&'a self, action: &'a AppliedForce) -> Option<&'a Coupling> {
         match &action.force {
             Force::Coupling(coupling) => Some(coupling),
             Force::Held(line) => self.lines[line.0].signal.force(),
