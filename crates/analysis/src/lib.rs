@@ -84,6 +84,7 @@ mod sweep;
 mod symmetry;
 mod toppling;
 pub mod transparency;
+mod variants;
 mod verdict;
 mod warnings;
 

@@ -24,6 +24,7 @@ use cotouch_scene::time::Schedule;
 
 use crate::dof::motion_quantities;
 
+pub(crate) use block::least_common_multiple;
 pub use block::{Block, Hold};
 pub use body::{Body, Dynamics, Estimate};
 pub use coupling::{BlockId, BodyId, Columns, Coupling, LineId, Motion, Rows, Term};
@@ -96,7 +97,7 @@ impl LoopSpec {
     #[must_use]
     pub fn ticks_per_pattern(&self) -> u64 {
         let patterns = self.blocks.iter().map(Block::ticks_per_pattern);
-        patterns.fold(self.schedule.ticks_per_pattern(), block::least_common_multiple)
+        patterns.fold(self.schedule.ticks_per_pattern(), least_common_multiple)
     }
 
     /// Network steps in so many ticks.
