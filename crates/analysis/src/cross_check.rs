@@ -11,7 +11,6 @@ use serde::Serialize;
 
 use crate::compile::ContactMode;
 use crate::diagram::{DiagramError, LiftRoute};
-use crate::eigenvalues::{EigenvalueError, balance, spectral_radius};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
 use crate::loop_spec::LoopSpec;
@@ -20,6 +19,7 @@ use crate::poles::{has_outgrown, judge, poles_of};
 use crate::rigid::Structure;
 use crate::soft::Bodies;
 use crate::verdict::{AnalysisError, ModeStability, Stability};
+use cotouch_matrix::{EigenvalueError, balance, spectral_radius};
 
 /// With more contact modes than this, only those are checked that are called as the worst one.
 const MAX_MODES: usize = 8;

@@ -56,7 +56,6 @@ mod timetable;
 
 use nalgebra::DMatrix;
 
-use crate::eigenvalues;
 use crate::lift::LiftedMap;
 use crate::loop_spec::LoopSpec;
 use check::Checked;
@@ -135,6 +134,6 @@ impl Diagram {
     /// As [`Self::lift`]; and when the map is not finite.
     pub fn spectral_radius(&self) -> Result<f64, DiagramError> {
         let map = self.lift(LiftRoute::Stepping)?;
-        Ok(eigenvalues::spectral_radius(&eigenvalues::eigenvalues(&map.matrix)?))
+        Ok(cotouch_matrix::spectral_radius(&cotouch_matrix::eigenvalues(&map.matrix)?))
     }
 }

@@ -5,8 +5,7 @@
 
 use std::collections::BTreeMap;
 
-use faer::linalg::solvers::Solve;
-use faer::{Mat, c64};
+use cotouch_matrix::{eigenvectors, principal_directions};
 use nalgebra::{Complex, DMatrix};
 
 use crate::discretise::per_inertia;
@@ -53,21 +52,20 @@ impl EnergyShares {
 
     /// By speeds, or where things stay displaced without any, by displacements: these are to each other as speeds are in a
     /// slow motion.
-    fn add_motions(&mut self, moving: &[Moving], vectors: &Mat<c64>, scales: &[f64]) {
+    fn add_motions(&mut self, moving: &[Moving], vectors: &DMatrix<Complex<f64>>, scales: &[f64]) {
         let moves = |state: usize| (0..vectors.ncols()).any(|column| vectors[(state, column)].norm() > STILL);
         let states: [fn(&Moving) -> usize; 2] = [|moving| moving.speed, |moving| moving.displacement];
         let Some(state) = states.into_iter().find(|state| moving.iter().any(|one| moves(state(one)))) else {
             return;
         };
-        let motions = Mat::from_fn(moving.len(), vectors.ncols(), |row, column| {
+        let motions = DMatrix::from_fn(moving.len(), vectors.ncols(), |row, column| {
             let state = state(&moving[row]);
             vectors[(state, column)] * (scales[state] * moving[row].mass.sqrt())
         });
-        let Ok(svd) = motions.thin_svd() else { return };
-        let largest = svd.S()[0].re;
-        for column in (0..svd.U().ncols()).take_while(|&column| svd.S()[column].re > ALIKE * largest) {
+        let Some((directions, sizes)) = principal_directions(&motions) else { return };
+        for column in (0..sizes.len()).take_while(|&column| sizes[column] > ALIKE * sizes[0]) {
             for (row, one) in moving.iter().enumerate() {
-                *self.0.entry(one.axis).or_default() += svd.U()[(row, column)].norm_sqr();
+                *self.0.entry(one.axis).or_default() += directions[(row, column)].norm_sqr();
             }
         }
     }
@@ -158,33 +156,6 @@ fn masses(body: &Body) -> (Vec<f64>, usize) {
             )
         }
     }
-}
-
-/// Orthonormal vectors of the space that belongs to an eigenvalue which is there `count` times, by inverse iteration next to
-/// it.
-fn eigenvectors(matrix: &DMatrix<f64>, eigenvalue: Complex<f64>, count: usize) -> Option<Mat<c64>> {
-    const BESIDE: f64 = 1e-9;
-    let size = matrix.nrows();
-    let shift = eigenvalue * (1.0 + BESIDE) + BESIDE * BESIDE;
-    let shifted = Mat::from_fn(size, size, |row, column| {
-        let shift = if row == column { c64::new(shift.re, shift.im) } else { c64::new(0.0, 0.0) };
-        c64::new(matrix[(row, column)], 0.0) - shift
-    });
-    let decomposition = shifted.partial_piv_lu();
-    // Aligned with nothing.
-    let start = |row: usize, column: usize| {
-        let place = (row + 1) as f64 * (column + 1) as f64;
-        c64::new(1.0 + (place * 0.754_877_666_2).fract(), 0.3 + (place * 0.569_840_290_9).fract())
-    };
-    let mut vectors = Mat::from_fn(size, count, start);
-    for _ in 0..3 {
-        decomposition.solve_in_place(&mut vectors);
-        if !vectors.norm_l2().is_finite() {
-            return None;
-        }
-        vectors = vectors.qr().compute_thin_Q();
-    }
-    Some(vectors)
 }
 
 #[cfg(test)]

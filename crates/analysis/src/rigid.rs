@@ -29,8 +29,8 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
 use crate::loop_spec::{Coupling, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
-use crate::singular_values::SingularValues;
 use coasting::{Coasting, coasting};
+use cotouch_matrix::SingularValues;
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
 use ties::Ties;

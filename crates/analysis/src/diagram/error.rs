@@ -2,7 +2,7 @@
 
 use super::time::Time;
 use crate::check::SpecError;
-use crate::eigenvalues::EigenvalueError;
+use cotouch_matrix::EigenvalueError;
 
 /// Why a [`super::Diagram`] has no map.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

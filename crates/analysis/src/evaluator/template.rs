@@ -9,7 +9,6 @@ use nalgebra::DMatrix;
 use super::forms::{Form, fit_points};
 use crate::compile::compile;
 use crate::discretise::BodyStep;
-use crate::eigenvalues::spectral_radius;
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::program::Program;
 use crate::lift::stepping::Run;
@@ -19,6 +18,7 @@ use crate::poles::{check_size, has_outgrown, poles_of, structure};
 use crate::rigid::Structure;
 use crate::symmetry::{Share, split};
 use crate::verdict::{PointVerdict, is_stable};
+use cotouch_matrix::spectral_radius;
 
 /// All contact modes of a scene, for any values of one or two keys.
 #[derive(Debug)]

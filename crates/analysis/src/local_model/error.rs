@@ -3,7 +3,7 @@
 use cotouch_scene::time::{RateError, ScheduleError};
 
 use crate::check::SpecError;
-use crate::eigenvalues::EigenvalueError;
+use cotouch_matrix::EigenvalueError;
 
 /// Why there is no answer about a local model.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

@@ -14,11 +14,11 @@ use nalgebra::DMatrix;
 use super::error::LocalModelError;
 use super::gains::PiLocalModel;
 use super::simulation_loop::SimulationLoop;
-use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::loop_spec::{
     Block, BlockId, Body, BodyId, Coupling, Delay, Dynamics, Hold, LINE, LoopSpec, Motion, Term,
 };
 use crate::plant::Plant;
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 /// A hand with the device in it: `m·ẍ + b·ẋ + k·x = −F`, F held over each haptic tick.
 #[derive(Clone, Copy, Debug, PartialEq)]

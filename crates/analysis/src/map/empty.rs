@@ -10,11 +10,11 @@ use cotouch_scene::{Scene, with_override};
 use rayon::prelude::*;
 
 use crate::compile::compile;
-use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::evaluator::Evaluator;
 use crate::gains::{Gain, acting_gains};
 use crate::loop_spec::{Coupling, Force, LoopSpec, Motion, Signal};
 use crate::sweep::{Sweep, SweepError};
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 /// Changed scenes are looked at on a grid of so many points a direction.
 const LOOKS: usize = 12;

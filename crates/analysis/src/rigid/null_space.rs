@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::singular_values::SingularValues;
+use cotouch_matrix::SingularValues;
 
 /// What is as small as this, relative to the largest, is 0 but for rounding.
 pub(super) const NEGLIGIBLE: f64 = 1e-10;

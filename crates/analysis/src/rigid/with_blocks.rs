@@ -21,7 +21,7 @@ use super::null_space::{NEGLIGIBLE, null_space};
 use crate::balance::Balance;
 use crate::lift::layout::Layout;
 use crate::loop_spec::{BodyId, Dof, Dynamics, LoopSpec, Motion, Signal, Term};
-use crate::singular_values::SingularValues;
+use cotouch_matrix::SingularValues;
 
 /// A part in which blocks act.
 pub(super) struct PartWithBlocks<'a> {

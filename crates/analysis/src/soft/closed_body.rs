@@ -20,8 +20,8 @@ use nalgebra::{Complex, DMatrix};
 use super::local_laws::ticks_of_periods;
 use super::reduction::{NEGLIGIBLE_IN_LOOP, Reachable};
 use super::touched::{Touched, returned_force};
-use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::loop_spec::Hold;
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 /// The bodies of a session's hosts, in a loop with local models.
 pub(super) struct ClosedBodies {

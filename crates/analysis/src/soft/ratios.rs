@@ -5,7 +5,7 @@ use cotouch_scene::scene::{ReturnedForce, SurfaceHold};
 use cotouch_world::local::{LawClock, local_law};
 use nalgebra::DMatrix;
 
-use crate::eigenvalues::{eigenvalues, spectral_radius};
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 /// K_o may be wrong by this share of itself, either way.
 const KO_ERROR: f64 = 0.3;

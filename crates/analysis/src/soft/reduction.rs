@@ -1,12 +1,11 @@
 //! Bodies and loops in fewer coordinates that nobody outside can tell from the whole.
 
+use cotouch_matrix::{SingularValues, upper_triangle};
 use cotouch_soft::{LinearBody, MaterialPoint};
 use cotouch_world::LinearBlock;
-use faer::Mat;
 use nalgebra::DMatrix;
 
 use super::slow_body::SlowBody;
-use crate::singular_values::SingularValues;
 
 /// Krylov blocks that are tried first, and by how many more each time.
 const MIN_BLOCKS: usize = 4;
@@ -136,10 +135,5 @@ fn compressed(factor: DMatrix<f64>) -> DMatrix<f64> {
     if factor.ncols() <= factor.nrows() {
         return factor;
     }
-    let transposed = Mat::from_fn(factor.ncols(), factor.nrows(), |row, column| factor[(column, row)]);
-    let qr = transposed.qr();
-    let triangle = qr.thin_R();
-    DMatrix::from_fn(triangle.ncols(), triangle.nrows(), |row, column| {
-        if row < column { 0.0 } else { triangle[(column, row)] }
-    })
+    upper_triangle(&factor.transpose()).transpose()
 }

@@ -12,9 +12,9 @@ use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, LiftRoute};
 use crate::dof::motion_quantities;
-use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::local_model::{HandImpedance as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
 use crate::loop_spec::{Body, Delay, Dof, Dynamics, LINE, LoopSpec, Plant, SPACE_POINT};
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 const KO: f64 = 100.0;
 const RETURNED: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];

@@ -4,7 +4,7 @@ use nalgebra::DVector;
 
 use super::alone::{End, Held};
 use crate::balance::Balance;
-use crate::singular_values::SingularValues;
+use cotouch_matrix::SingularValues;
 
 /// Force over displacement, N/m; 0 where nothing resists.
 pub(super) fn stiffness(held: &Held) -> f64 {

@@ -50,7 +50,9 @@ fn text(title: &str, stability: &Stability) -> String {
         let word = if mode.stable { "stable" } else { "unstable" };
         let axis = mode.axis.map_or_else(String::new, |axis| format!(", {axis}"));
         let radius = prediction::radius(mode.spectral_radius);
-        row("contact mode", format!("{:<22} {contacts}", format!("{radius} {word}{axis}")));
+        let topples =
+            mode.toppling_per_s.map_or_else(String::new, |rate| format!(", topples at {rate:.3} /s"));
+        row("contact mode", format!("{:<22} {contacts}{topples}", format!("{radius} {word}{axis}")));
     }
     let more = stability.modes.len() - listed.len();
     if more > 0 {

@@ -8,12 +8,12 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::check::{SpecError, check};
 use crate::deflate::deflate;
-use crate::eigenvalues::balance;
 use crate::lift::layout::Layout;
 use crate::lift::stepping::{Fault, lift_with_faults};
 use crate::loop_spec::LoopSpec;
 use crate::margin::found::Found;
 use crate::rigid::Structure;
+use cotouch_matrix::balance;
 
 /// Numbers of the state and of all samples of a pattern: more take more than a minute.
 const MAX_NUMBERS: usize = 1000;

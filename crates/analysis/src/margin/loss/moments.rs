@@ -3,8 +3,8 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::lossy_loop::LossyLoop;
-use crate::eigenvalues::{EigenvalueError, eigenvalues, spectral_radius};
 use crate::verdict::PointVerdict;
+use cotouch_matrix::{EigenvalueError, eigenvalues, spectral_radius};
 
 /// A mean map nearer to 1 than this is not told from one that never settles.
 const UNSETTLED: f64 = 1e-9;

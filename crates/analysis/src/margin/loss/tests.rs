@@ -7,9 +7,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::compile::compile;
-use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::lift::LiftedMap;
 use crate::poles::analyze_loop;
+use cotouch_matrix::{eigenvalues, spectral_radius};
 
 fn load(name: &str, settings: &[&str]) -> LoopSpec {
     let settings: Vec<_> = settings.iter().map(|setting| setting.parse().unwrap()).collect();

@@ -47,7 +47,7 @@ pub fn spectral_radius(eigenvalues: &[Complex<f64>]) -> f64 {
 /// Scales `matrix` to `D⁻¹·A·D` with powers of two; gives the diagonal of `D`.
 ///
 /// A row or a column without off-diagonal elements is left alone: no scale would balance it.
-pub(crate) fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
+pub fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
     const SWEEPS: usize = 100;
     let mut scales = vec![1.0; matrix.nrows()];
     for _ in 0..SWEEPS {
@@ -100,8 +100,11 @@ fn power_of_two(ratio: f64) -> f64 {
     ratio.sqrt().log2().round().exp2()
 }
 
-/// Eigenvalues of a finite, square matrix that was balanced before.
-pub(crate) fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+/// Eigenvalues of a finite, square matrix that was balanced before ([`balance`]), in no particular order.
+///
+/// # Errors
+/// When (never seen) the iteration does not converge.
+pub fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
     let size = matrix.nrows();
     let small = if size <= SMALL { small::eigenvalues(matrix) } else { None };
     small.map_or_else(|| of_balanced_by_library(matrix), Ok)
@@ -130,7 +133,11 @@ fn reflected(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     &reflect * matrix * &reflect
 }
 
-pub(crate) fn check(matrix: &DMatrix<f64>) -> Result<(), EigenvalueError> {
+/// Whether a matrix has eigenvalues.
+///
+/// # Errors
+/// When it is not square or not finite.
+pub fn check(matrix: &DMatrix<f64>) -> Result<(), EigenvalueError> {
     let (rows, columns) = matrix.shape();
     if rows != columns {
         return Err(EigenvalueError::NotSquare(rows, columns));
