@@ -1,6 +1,7 @@
 //! The gains of a scene that its linear loops depend on.
 
 use cotouch_scene::{Scene, with_override};
+use rayon::prelude::*;
 
 use crate::modes::contact_modes;
 use crate::soft::Bodies;
@@ -55,7 +56,7 @@ pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
             [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
         changed.is_some_and(|changed| loops(&changed) != present)
     };
-    KEYS.iter()
+    KEYS.par_iter()
         .filter_map(|&key| Some(Gain { key, value: scene.number(key)? }))
         .filter(|gain| gain.value != 0.0)
         .filter(acts)

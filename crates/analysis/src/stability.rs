@@ -7,7 +7,7 @@ use crate::compile::ContactMode;
 use crate::coverage;
 use crate::left_out::LeftOut;
 use crate::modes::contact_modes;
-use crate::poles::analyze_loop;
+use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
@@ -18,6 +18,8 @@ use crate::warnings::warnings;
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
+    // Before any is judged: that takes long where one is too large.
+    modes.iter().try_for_each(|mode| check_size(&mode.spec))?;
     coverage::add_left_out(scene, &mut left_out);
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
