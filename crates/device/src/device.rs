@@ -64,6 +64,7 @@ use std::sync::Arc;
 
 use cotouch_scene::geometry::{Pose, Readings, Wrench, Wrenches};
 use glam::DVec3;
+use serde::Serialize;
 
 use crate::error::DeviceError;
 use crate::guide::Targets;
@@ -116,6 +117,11 @@ pub trait Device: Send {
     /// Whether a pointer may draw the fingers, through the guide that the device was opened with; constant.
     fn is_guided(&self) -> bool {
         false
+    }
+
+    /// How far a device that moves by itself is with what it was to do.
+    fn script_progress(&self) -> ScriptProgress {
+        ScriptProgress::None
     }
 
     /// Where a pointer draws each finger, m, world; empty when none does. For displays: nothing computes with it.
@@ -175,6 +181,10 @@ impl<D: Device + ?Sized> Device for Box<D> {
         (**self).is_guided()
     }
 
+    fn script_progress(&self) -> ScriptProgress {
+        (**self).script_progress()
+    }
+
     fn pointer_targets(&self) -> Targets {
         (**self).pointer_targets()
     }
@@ -190,6 +200,19 @@ impl<D: Device + ?Sized> Device for Box<D> {
     fn rendered(&self) -> Wrenches {
         (**self).rendered()
     }
+}
+
+/// How far a device that moves by itself is with what it was to do.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum ScriptProgress {
+    /// Somebody moves it, or nothing does.
+    #[default]
+    None,
+    /// It goes on.
+    Running,
+    /// All is done; it does nothing more by itself.
+    Over,
 }
 
 /// The largest wrench that a device can render.

@@ -5,8 +5,9 @@
 //! corner at 6 Hz. The target is outside of the loop; the spring is in it, as a script's tracking is.
 //!
 //! Nothing jumps. When a pointer takes the hand, its target begins where the spring gives just the force that the script
-//! gave; when it lets go, the target comes to rest, what the spring still pulls with fades out, and the script begins anew
-//! from where the fingers are. Without a pointer the user is a [`SimulatedUser`], bit for bit.
+//! gave; when it lets go, the target comes to rest. A hand whose script repeats then lets what the spring still pulls with fade
+//! out, and its script begins anew from where the fingers are; any other hand stays there and keeps its grip, until a pointer
+//! takes it again or the session begins anew: its script would be out of step with the others'. Without a pointer the user is a [`SimulatedUser`], bit for bit.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -18,7 +19,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Scene, SceneValues, SpringDamper};
 use glam::DVec3;
 
-use crate::device::{Device, DeviceLimits, WorldView};
+use crate::device::{Device, DeviceLimits, ScriptProgress, WorldView};
 use crate::error::{DeviceError, DeviceOpenError, no_parameters};
 use crate::finger::{FingerError, FingerModel, FingerState};
 use crate::guide::{Guide, Targets};
@@ -108,6 +109,8 @@ struct GuidedModel {
     filter_stiffness: f64,
     /// How far behind, in time, the filter follows what moves steadily.
     lag_s: f64,
+    /// Whether the script begins anew by itself.
+    repeats: bool,
     /// How far a target moves at most in a tick, m.
     max_step_m: f64,
     period_s: f64,
@@ -119,6 +122,8 @@ enum Drawing {
     Pointer(Followers),
     /// The pointer has gone; since so many ticks.
     Stopping(Followers, u32),
+    /// The pointer has gone, and what it held is held on.
+    Holding(Followers),
     /// What is left of the spring's stretch when fading began, and the target's velocity then; since so many ticks.
     Fading(Followers, u32),
 }
@@ -163,9 +168,10 @@ impl<G: Guide> GuidedUser<G> {
         self.drawing = match (targets, drawing) {
             (None, Drawing::Pointer(followers)) => Drawing::Stopping(self.guided.stopping(followers), 0),
             (None, drawing) => drawing,
-            (Some(targets), Drawing::Pointer(followers) | Drawing::Stopping(followers, _)) => {
-                Drawing::Pointer(self.guided.sent(followers, &targets, self.user.moved()))
-            }
+            (
+                Some(targets),
+                Drawing::Pointer(followers) | Drawing::Stopping(followers, _) | Drawing::Holding(followers),
+            ) => Drawing::Pointer(self.guided.sent(followers, &targets, self.user.moved())),
             (Some(targets), drawing) => {
                 let followers = self.guided.taking_over(&self.user, &drawing);
                 Drawing::Pointer(self.guided.sent(followers, &targets, self.user.moved()))
@@ -208,9 +214,22 @@ impl<G: Guide> Device for GuidedUser<G> {
         true
     }
 
-    /// Nothing any more once the pointer has gone.
+    /// A hand that is held on has done all that it does by itself.
+    fn script_progress(&self) -> ScriptProgress {
+        match &self.drawing {
+            Drawing::Script => self.user.script_progress(),
+            Drawing::Holding(_) => ScriptProgress::Over,
+            Drawing::Pointer(_) | Drawing::Stopping(..) | Drawing::Fading(..) => ScriptProgress::Running,
+        }
+    }
+
+    /// Nothing any more once the pointer has gone, unless what it held is held on.
     fn pointer_targets(&self) -> Targets {
-        let Drawing::Pointer(followers) = &self.drawing else { return Targets::new() };
+        let followers = match &self.drawing {
+            Drawing::Pointer(followers) | Drawing::Holding(followers) => followers,
+            Drawing::Stopping(followers, _) if !self.guided.repeats => followers,
+            _ => return Targets::new(),
+        };
         followers.iter().map(|follower| self.user.moved() + follower.target.position).collect()
     }
 
@@ -246,6 +265,7 @@ impl GuidedModel {
             filter: SecondOrderPlant::new(1.0, 2.0 * rate_rad_per_s, filter_stiffness, period_s),
             filter_stiffness,
             lag_s: 2.0 / rate_rad_per_s,
+            repeats: scene.users[host.index()].repeat,
             max_step_m: POINTER_MAX_SPEED_M_PER_S * period_s,
             period_s,
         })
@@ -301,12 +321,18 @@ impl GuidedModel {
     fn step(&self, user: &mut SimulatedUser, drawing: &mut Drawing) {
         match drawing {
             Drawing::Script => user.step(),
-            Drawing::Pointer(followers) => self.step_to_targets(user, followers),
+            Drawing::Pointer(followers) | Drawing::Holding(followers) => {
+                self.step_to_targets(user, followers);
+            }
             Drawing::Stopping(followers, ticks) => {
                 self.step_to_targets(user, followers);
                 *ticks += 1;
                 if f64::from(*ticks) * self.period_s >= POINTER_STOP_S {
-                    *drawing = Drawing::Fading(what_is_left(followers, user.states()), 0);
+                    *drawing = if self.repeats {
+                        Drawing::Fading(what_is_left(followers, user.states()), 0)
+                    } else {
+                        Drawing::Holding(std::mem::take(followers))
+                    };
                 }
             }
             Drawing::Fading(left, ticks) => {

@@ -65,7 +65,7 @@ mod tremor;
 mod user;
 
 pub use acted::Acted;
-pub use device::{Device, DeviceLimits, WorldView};
+pub use device::{Device, DeviceLimits, ScriptProgress, WorldView};
 pub use drivers::{DEFAULT_DEVICE, DRIVERS, Driver, driver, open};
 pub use energy::PortEnergy;
 pub use error::{DeviceError, DeviceOpenError, DriverReason};

@@ -148,6 +148,16 @@ impl Script {
         (0..state.fingers.len()).map(drive).collect()
     }
 
+    /// Whether nothing is to be done any more; so of a script without actions.
+    pub(crate) fn is_over(&self, state: &ScriptState) -> bool {
+        state.action >= self.steps.len()
+    }
+
+    /// Whether there is anything to do.
+    pub(crate) fn has_actions(&self) -> bool {
+        !self.steps.is_empty()
+    }
+
     /// Which action comes after number `action`.
     fn after(&self, action: usize) -> usize {
         match action + 1 {

@@ -11,7 +11,7 @@ use arrayvec::ArrayVec;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::device::{Device, DeviceLimits, WorldView};
+use crate::device::{Device, DeviceLimits, ScriptProgress, WorldView};
 use crate::error::DeviceError;
 use crate::finger::{FingerError, FingerModel, FingerState};
 use crate::script::{Drive, Script, ScriptState, Touch};
@@ -105,6 +105,18 @@ impl UserModel {
     pub fn step(&self, state: &mut UserState, readings: &[Reading], bodies: &[Pose]) {
         let drives = self.drives(state, bodies);
         state.move_fingers(&self.fingers, readings, &drives);
+    }
+
+    /// How far the scripts are.
+    pub(crate) fn script_progress(&self, state: &UserState) -> ScriptProgress {
+        let mut scripts = self.scripts.iter().zip(&state.scripts);
+        if !self.scripts.iter().any(|(script, _)| script.has_actions()) {
+            ScriptProgress::None
+        } else if scripts.all(|((script, _), state)| script.is_over(state)) {
+            ScriptProgress::Over
+        } else {
+            ScriptProgress::Running
+        }
     }
 
     /// What the scripts ask of the fingers from the state's tick to the next, one drive a finger.
@@ -325,6 +337,10 @@ impl Device for SimulatedUser {
     fn recentre(&mut self, position: DVec3) {
         let Some((model, state)) = self.model.fingers.first().zip(self.state.fingers.first()) else { return };
         self.moved = model.freed(position - state.position);
+    }
+
+    fn script_progress(&self) -> ScriptProgress {
+        self.model.script_progress(&self.state)
     }
 
     fn observe(&mut self, view: &WorldView<'_>) {

@@ -21,6 +21,8 @@ pub(crate) struct Control {
     now: AtomicVerdict,
     /// Bits of the force (N) that goes with it.
     fast_force_n: AtomicU64,
+    /// Bits of the time (s) that goes with it.
+    saturated_s: AtomicU64,
     /// What the system did not allow the haptic thread.
     pub(crate) warning: Mutex<Option<String>>,
 }
@@ -35,12 +37,17 @@ impl Control {
     pub(crate) fn tell_now(&self, now: LiveVerdict) {
         self.now.store(now.verdict);
         self.fast_force_n.store(now.fast_force_n.to_bits(), Ordering::Relaxed);
+        self.saturated_s.store(now.saturated_s.to_bits(), Ordering::Relaxed);
     }
 
     /// What goes on.
     pub(crate) fn now(&self) -> LiveVerdict {
-        let fast_force_n = f64::from_bits(self.fast_force_n.load(Ordering::Relaxed));
-        LiveVerdict { verdict: self.now.load(), fast_force_n }
+        let number = |bits: &AtomicU64| f64::from_bits(bits.load(Ordering::Relaxed));
+        LiveVerdict {
+            verdict: self.now.load(),
+            fast_force_n: number(&self.fast_force_n),
+            saturated_s: number(&self.saturated_s),
+        }
     }
 }
 

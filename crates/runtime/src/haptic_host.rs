@@ -54,6 +54,7 @@ impl HapticHost {
             fingers: fingers(&self.station),
             bodies: record.bodies.iter().map(|body| body.pose).collect(),
             soft: self.station.state.host.soft.frame.clone().map(SurfaceShown),
+            script: self.station.device.script_progress(),
             touches_wall: record.touches_wall,
             diverged: record.diverged,
             ticks: self.timing.ticks,

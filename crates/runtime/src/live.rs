@@ -25,7 +25,7 @@ use crate::pointer::{HeldBy, PointerHandle, Seat, TakeError};
 use crate::real_time;
 use crate::recorder::RecordError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
-use crate::snapshot::Snapshot;
+use crate::snapshot::{HostSnapshot, Snapshot};
 use crate::start_error::StartError;
 use crate::summary::Summary;
 
@@ -34,6 +34,10 @@ const SHORTEST_S: f64 = 2.0;
 
 /// Whoever watches says so again within this time.
 const WATCHED_NS: i64 = 1_000_000_000;
+
+/// What a stopped session says.
+const PAUSED: &str =
+    "the session shook against its force limits for seconds and was stopped; change a setting or begin again";
 
 /// A session that is watched, joined and changed.
 pub struct LiveSession {
@@ -51,8 +55,12 @@ impl LiveSession {
     /// A session whose hosts all run in this process; `starter` starts the next one when a change needs that.
     #[must_use]
     pub fn changeable(handle: SessionHandle, starter: Starter) -> Self {
+        Self::changeable_until(handle, starter, None)
+    }
+
+    fn changeable_until(handle: SessionHandle, starter: Starter, ends_at: Option<LocalTime>) -> Self {
         let live = Self::new(handle, Some(starter));
-        restart::watch(&live.shared);
+        restart::watch(&live.shared, ends_at);
         live
     }
 
@@ -64,6 +72,7 @@ impl LiveSession {
     pub fn run_local(scene: &Scene, options: RealTimeOptions) -> Result<Self, StartError> {
         let began = clock::now();
         let handle = real_time::run_local(scene, &options)?;
+        let ends_at = options.duration_s.map(|duration_s| began.plus_ns((duration_s * 1e9) as i64));
         let starter = move |scene: &Scene, generation: u32| {
             let gone_s = clock::now().since(began) as f64 * 1e-9;
             let impairment = &scene.link.impairment;
@@ -75,7 +84,7 @@ impl LiveSession {
             };
             real_time::run_local(scene, &options)
         };
-        Ok(Self::changeable(handle, Box::new(starter)))
+        Ok(Self::changeable_until(handle, Box::new(starter), ends_at))
     }
 
     fn new(handle: SessionHandle, starter: Option<Starter>) -> Self {
@@ -84,6 +93,7 @@ impl LiveSession {
             last: handle.snapshot(),
             handle: Some(handle),
             restarting: false,
+            paused: false,
             scene: Arc::new(scene),
             generation: 1,
             summary: None,
@@ -91,6 +101,7 @@ impl LiveSession {
             news: Vec::new(),
             begun_anew: 0,
             watched_until: LocalTime(i64::MIN),
+            waits_until: LocalTime(i64::MIN),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
         let shared = Shared { starter, changing, present: Mutex::new(present), stopping };
@@ -139,8 +150,13 @@ impl LiveSession {
                 .expect("it was checked with its scene");
         }
         let is_guided = |seat: &Seat| seat.by == HeldBy::Pointer && seat.user.0 < scene.session.users;
-        let guided: Vec<HostIndex> =
+        let mut guided: Vec<HostIndex> =
             self.seats().iter().filter(|seat| is_guided(seat)).map(|seat| seat.user).collect();
+        // A hand that was let go of is held on by the same spring.
+        let is_drawn = |host: &&HostSnapshot| host.fingers.iter().any(|finger| finger.target.is_some());
+        let snapshot = self.snapshot().0;
+        let drawn = snapshot.hosts.iter().filter(is_drawn).map(|host| host.host);
+        guided.extend(drawn.filter(|host| host.0 < scene.session.users));
         (guided_scene(&scene, &guided), note)
     }
 
@@ -223,19 +239,29 @@ impl LiveSession {
         self.shared.present().handle.as_ref().map_or(0.0, SessionHandle::elapsed_s)
     }
 
-    /// Says that somebody watches right now, so that a session whose objects leave all bounds begins anew, and that the
-    /// session goes on for at least so many seconds, whatever its duration.
+    /// Says that somebody watches right now, so that a session whose objects leave all bounds, or whose scripts are over, begins
+    /// anew, one that shakes against its force limits is stopped, and that the session goes on for at least so many seconds,
+    /// whatever its duration.
     pub fn is_watched(&self, go_on_s: f64) {
         let mut present = self.shared.present();
         present.watched_until = clock::now().plus_ns(WATCHED_NS);
+        present.waits_until = clock::now().plus_ns((go_on_s * 1e9) as i64);
         present.handle.iter().for_each(|handle| handle.go_on_for(go_on_s));
+    }
+
+    /// Why the session is stopped and waits for somebody to change its settings or to begin it anew, in words.
+    #[must_use]
+    pub fn paused(&self) -> Option<&'static str> {
+        self.shared.present().paused.then_some(PAUSED)
     }
 
     /// Asks the session to end.
     pub fn stop(&self) {
         self.shared.stopping.store(true, Ordering::SeqCst);
         self.guests.stop();
-        if let Some(handle) = &self.shared.present().handle {
+        let mut present = self.shared.present();
+        present.paused = false;
+        if let Some(handle) = &present.handle {
             handle.stop();
         }
     }

@@ -147,7 +147,12 @@ impl Observer {
         } else {
             (self.observed_ticks >= second).then_some(RunVerdict::Quiet)
         };
-        LiveVerdict { verdict, fast_force_n: self.run.fast_force_n() }
+        let saturated_ticks = self.run.saturated_from().map_or(0, |from| self.next_tick.saturating_sub(from));
+        LiveVerdict {
+            verdict,
+            fast_force_n: self.run.fast_force_n(),
+            saturated_s: saturated_ticks as f64 * self.control.period_s(),
+        }
     }
 }
 
@@ -259,6 +264,22 @@ mod tests {
     }
 
     #[test]
+    fn who_shakes_against_a_limit_is_known_and_for_how_long() {
+        let at = |amplitude_n: f64| {
+            move |t: f64| {
+                let asked = if t > 1.0 { amplitude_n * sine(40.0, t) } else { 0.0 };
+                let acted = if asked.abs() > 20.0 { Acted::FORCE_LIMIT } else { Acted::empty() };
+                (asked.clamp(-20.0, 20.0), acted)
+            }
+        };
+        let saturated_s = run(5.0, at(30.0)).now().saturated_s;
+        assert!((saturated_s - 4.0).abs() < 0.1, "{saturated_s}");
+        assert_eq!(run(5.0, at(19.0)).now().saturated_s, 0.0, "below the limit");
+        let pressing = run(5.0, |_| (20.0, Acted::FORCE_LIMIT));
+        assert_eq!(pressing.now().saturated_s, 0.0, "a constant press does not shake");
+    }
+
+    #[test]
     fn slow_growth_shakes_in_the_end_and_decay_does_not() {
         let growing = |rate: f64| move |t: f64| 0.01 * (rate * t).exp() * sine(20.0, t);
         assert_eq!(force(30.0, growing(0.15)).verdict(), RunVerdict::Shaking);
@@ -327,7 +348,7 @@ mod tests {
 
     #[test]
     fn the_worst_host_counts_and_one_that_is_young_leaves_it_open() {
-        let now = |verdict| LiveVerdict { verdict, fast_force_n: 0.0 };
+        let now = |verdict| LiveVerdict { verdict, ..LiveVerdict::default() };
         let of = |verdicts: &[Option<RunVerdict>]| {
             LiveVerdict::combine(verdicts.iter().map(|&verdict| now(verdict))).verdict
         };

@@ -6,6 +6,7 @@
 use std::sync::Arc;
 
 use arrayvec::ArrayVec;
+use cotouch_device::ScriptProgress;
 use cotouch_host::SlowFrame;
 use cotouch_scene::geometry::{Pose, Reading, Wrench};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS, MAX_USERS};
@@ -46,6 +47,8 @@ pub struct HostSnapshot {
     /// The soft body as this host's fingers meet it; `None` where the host simulates none.
     #[serde(skip)]
     pub soft: Option<SurfaceShown>,
+    /// How far the user is with what a script says.
+    pub script: ScriptProgress,
     /// Whether a body touches a wall.
     pub touches_wall: bool,
     /// Whether the world left all bounds at this host.
@@ -74,6 +77,7 @@ impl Default for HostSnapshot {
             fingers: ArrayVec::new(),
             bodies: ArrayVec::new(),
             soft: None,
+            script: ScriptProgress::None,
             touches_wall: false,
             diverged: false,
             ticks: 0,

@@ -166,14 +166,25 @@ pub(crate) fn check(controls: &[Control], settings: &Settings) -> Result<(), Str
         };
         match setting {
             Setting::Choice(word) if control.choices.contains(word) => Ok(()),
-            Setting::Choice(_) if !control.choices.is_empty() => {
-                Err(format!("{key} must be one of {}", control.choices.join(", ")))
-            }
+            Setting::Choice(word) if !control.choices.is_empty() => Err(format!(
+                "{key} is \"{}\"; it must be one of {}",
+                shortened(word, 60),
+                control.choices.join(", ")
+            )),
             Setting::Number(number) if control.choices.is_empty() && control.reaches(*number) => Ok(()),
             Setting::Number(number) if !control.choices.is_empty() => {
                 Err(format!("{key} is {number}; it must be one of {}", control.choices.join(", ")))
             }
-            _ => Err(format!("{key} must be a number from {} to {}", control.low, control.high)),
+            Setting::Number(number) => Err(format!(
+                "{key} is {number}; it must be a number from {} to {}",
+                control.low, control.high
+            )),
+            Setting::Choice(word) => Err(format!(
+                "{key} is \"{}\"; it must be a number from {} to {}",
+                shortened(word, 60),
+                control.low,
+                control.high
+            )),
         }
     })
 }

@@ -43,6 +43,8 @@ pub(crate) struct PageState {
     pub(crate) seats: Vec<Seat>,
     pub(crate) settings: Settings,
     pub(crate) note: String,
+    /// Why the session is stopped, where it is; else empty.
+    pub(crate) paused: &'static str,
 }
 
 /// What does not change during one session.
@@ -148,7 +150,8 @@ impl Hub {
             let changed = !Arc::ptr_eq(&next.session, &state.session)
                 || next.seats != state.seats
                 || next.settings != state.settings
-                || next.note != state.note;
+                || next.note != state.note
+                || next.paused != state.paused;
             *state = next;
             changed
         });
@@ -186,7 +189,7 @@ fn live_state(live: &LiveSession, lesson: &Lesson, last: Option<&PageState>) -> 
         |last| Arc::clone(&last.session),
     );
     let (settings, note) = lesson.settings(&session.controls);
-    PageState { session, seats: live.seats(), settings, note }
+    PageState { session, seats: live.seats(), settings, note, paused: live.paused().unwrap_or_default() }
 }
 
 fn replay_state(replays: &[ShownRecording]) -> PageState {
@@ -197,5 +200,11 @@ fn replay_state(replays: &[ShownRecording]) -> PageState {
         may_change: false,
         recordings: Some(replays.iter().map(ShownRecording::info).collect()),
     };
-    PageState { session: Arc::new(facts), seats: Vec::new(), settings: Settings::new(), note: String::new() }
+    PageState {
+        session: Arc::new(facts),
+        seats: Vec::new(),
+        settings: Settings::new(),
+        note: String::new(),
+        paused: "",
+    }
 }

@@ -79,7 +79,7 @@ impl Present {
         live: &LiveSession,
     ) -> Result<(Self, Vec<Control>), String> {
         is_a_scene(settings, self.chosen.first())?;
-        let chosen = self.chosen.with(settings);
+        let mut chosen = self.chosen.with(settings);
         let choices = [SCENE, ARCHITECTURE].map(|key| settings.get(key));
         let controls = if choices.iter().all(Option::is_none) {
             controls::check(present_controls, settings)?;
@@ -89,6 +89,12 @@ impl Present {
             let plain = chosen.plain();
             let controls = controls::controls(&plain, &plain.open()?);
             controls::check(&controls, settings)?;
+            // What was set of the network before, in another scene, stays where it fits.
+            chosen = chosen.fitting(settings, |key, setting| {
+                let alone = Settings::from([(key.to_owned(), setting.clone())]);
+                controls.iter().all(|control| control.key != key)
+                    || controls::check(&controls, &alone).is_ok()
+            });
             controls
         };
         let scene = chosen.open()?;

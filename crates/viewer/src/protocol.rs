@@ -86,6 +86,7 @@ pub(crate) enum ServerMessage {
     Settings {
         settings: Settings,
         note: String,
+        paused: &'static str,
     },
     Verdict {
         id: u32,

@@ -51,7 +51,7 @@ pub(crate) struct PageSender {
 struct SentToPage {
     generation: Option<u32>,
     seats: Option<Vec<SeatInfo>>,
-    settings: Option<(Settings, String)>,
+    settings: Option<(Settings, String, &'static str)>,
     picture: Option<(Newest, Instant)>,
 }
 
@@ -121,10 +121,14 @@ impl PageSender {
             self.told.settings = None;
             say(outgoing, &state.session.message(self.is_here)).await?;
         }
-        let settings = (state.settings, state.note);
+        let settings = (state.settings, state.note, state.paused);
         if !state.session.controls.is_empty() && self.told.settings.as_ref() != Some(&settings) {
             self.told.settings = Some(settings.clone());
-            say(outgoing, &ServerMessage::Settings { settings: settings.0, note: settings.1 }).await?;
+            say(
+                outgoing,
+                &ServerMessage::Settings { settings: settings.0, note: settings.1, paused: settings.2 },
+            )
+            .await?;
         }
         self.tell_the_seats(outgoing).await
     }

@@ -72,6 +72,21 @@ impl Chosen {
         })
     }
 
+    /// Without what does not fit the scene any more, besides what is `asked`: what `fits` refuses, and what the scene does not
+    /// allow together with the rest.
+    pub(crate) fn fitting(&self, asked: &Settings, fits: impl Fn(&str, &Setting) -> bool) -> Self {
+        let mut fitting = self.plain();
+        fitting.settings.extend(asked.clone());
+        for (key, setting) in self.settings.iter().filter(|(key, setting)| fits(key, setting)) {
+            let mut more = fitting.clone();
+            more.settings.entry(key.clone()).or_insert_with(|| setting.clone());
+            if more.open().is_ok() {
+                fitting = more;
+            }
+        }
+        fitting
+    }
+
     /// The scene with these settings, or what is wrong with them, in words.
     pub(crate) fn open(&self) -> Result<Scene, String> {
         let (name, is_twin) = self.name();
@@ -189,6 +204,24 @@ mod tests {
         assert_eq!(same.open().unwrap().coupling.object_object.stiffness_n_per_m, 900.0);
         let grasp = set.with(&settings([(SCENE, choice("grasp"))])).open().unwrap();
         assert_eq!(grasp, cotouch_scene::load("grasp", &[]).unwrap());
+    }
+
+    #[test]
+    fn what_does_not_fit_another_scene_is_left_behind() {
+        let set = chosen("single-axis").with(&settings([
+            ("link.delay_periods", Setting::Number(3.0)),
+            ("rates.network_hz", choice("64")),
+        ]));
+        let asked = settings([(SCENE, choice("balloon"))]);
+        let is_delay = |key: &str, _: &Setting| key == "link.delay_periods";
+        let balloon = set.with(&asked).fitting(&asked, is_delay).open().unwrap();
+        let own = cotouch_scene::load("balloon", &[]).unwrap();
+        assert_eq!((balloon.link.delay_periods, &balloon.rates), (3, &own.rates));
+        let wrong = settings([(SCENE, choice("balloon")), (STIFFNESS, Setting::Number(-1.0))]);
+        assert!(
+            set.with(&wrong).fitting(&wrong, |_, _| true).open().is_err(),
+            "what is asked is not dropped"
+        );
     }
 
     #[test]

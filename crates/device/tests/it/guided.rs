@@ -4,8 +4,8 @@ use std::sync::{Arc, Mutex};
 
 use crate::support::{TRACKING, arm, point, scene_of, scene_with_box};
 use cotouch_device::{
-    Device, Guide, GuidedUser, POINTER_FADE_S, POINTER_REACH_M, POINTER_STOP_S, SimulatedUser, Targets,
-    WorldView, guided_scene, pointer_spring,
+    Device, Guide, GuidedUser, POINTER_FADE_S, POINTER_REACH_M, POINTER_STOP_S, ScriptProgress,
+    SimulatedUser, Targets, WorldView, guided_scene, pointer_spring,
 };
 use cotouch_scene::geometry::{Pose, Readings, Wrench, Wrenches};
 use cotouch_scene::names::HostIndex;
@@ -208,7 +208,8 @@ fn after_leaving_the_hand_comes_to_rest_and_its_script_begins_anew() {
         Action::Reach { to_m: DVec3::X * 0.1, duration_s: 0.5 },
         Action::Hold { duration_s: 60.0 },
     ];
-    let (mut user, pointer) = guided(&scene_of(&script, &[DVec3::ZERO]));
+    let scene = edited(&scene_of(&script, &[DVec3::ZERO]), |scene| scene.users[0].repeat = true);
+    let (mut user, pointer) = guided(&scene);
     velocities(&mut user, 0..2000);
     assert_eq!(user.user().state().scripts[0].action, 2);
     pointer.at(&[DVec3::X * -0.05]);
@@ -222,6 +223,35 @@ fn after_leaving_the_hand_comes_to_rest_and_its_script_begins_anew() {
     assert!((state.fingers[0].position + DVec3::X * 0.05).length() < 1e-3);
     velocities(&mut user, gone..gone + 2000);
     assert!((user.user().states()[0].position - DVec3::X * 0.1).length() < 1e-3);
+}
+
+#[test]
+fn a_hand_whose_script_does_not_repeat_keeps_its_grip_until_it_is_taken_again() {
+    let script = [Action::Hold { duration_s: 60.0 }];
+    let (mut user, pointer) = guided(&scene_of(&script, &[DVec3::ZERO]));
+    assert_eq!(user.script_progress(), ScriptProgress::Running);
+    velocities(&mut user, 0..1000);
+    // It presses against something that pushes back.
+    let load = Wrench::force(DVec3::X * -1.0);
+    let press = |user: &mut GuidedUser<Pointer>, ticks: std::ops::Range<u64>| {
+        for number in ticks {
+            user.read(number).unwrap();
+            user.write(&[load]).unwrap();
+        }
+        user.user().states()[0].position.x
+    };
+    pointer.at(&[DVec3::X * 0.05]);
+    let held_m = press(&mut user, 1000..3000);
+    let target_m = user.pointer_targets()[0].x;
+    assert!(target_m > held_m + 1e-3, "the spring is stretched: {target_m} and {held_m} m");
+    pointer.leave();
+    let left_m = press(&mut user, 3000..6000);
+    assert!((left_m - held_m).abs() < 1e-6, "{held_m} and {left_m} m");
+    assert!((user.pointer_targets()[0].x - target_m).abs() < 1e-6);
+    assert_eq!(user.script_progress(), ScriptProgress::Over);
+    pointer.at(&[]);
+    let again_m = press(&mut user, 6000..8000);
+    assert!((again_m - held_m).abs() < 1e-6, "taken again, nothing moves: {again_m} m");
 }
 
 #[test]
@@ -300,7 +330,9 @@ fn the_analysis_is_told_of_the_spring() {
 
 #[test]
 fn what_the_spring_pulls_with_when_the_pointer_leaves_fades_out() {
-    let scene = edited(&scene_of(&[], &[DVec3::ZERO]), |scene| scene.users[0].tracking = TRACKING);
+    let scene = edited(&scene_of(&[], &[DVec3::ZERO]), |scene| {
+        (scene.users[0].tracking, scene.users[0].repeat) = (TRACKING, true);
+    });
     let (mut user, pointer) = guided(&scene);
     let load = Wrench::force(DVec3::X * -1.0);
     let mut pulls = Vec::new();

@@ -57,6 +57,8 @@ pub(super) struct Present {
     /// Nothing while one session has ended and the next has not begun, and after the very last.
     pub(super) handle: Option<SessionHandle>,
     pub(super) restarting: bool,
+    /// The session was stopped, and waits for somebody to begin it anew.
+    pub(super) paused: bool,
     pub(super) scene: Arc<Scene>,
     pub(super) generation: u32,
     /// What is shown while there is no session.
@@ -70,6 +72,8 @@ pub(super) struct Present {
     pub(super) begun_anew: u32,
     /// Somebody watches, until then at least.
     pub(super) watched_until: LocalTime,
+    /// Until then a session that is stopped waits for somebody to begin it anew.
+    pub(super) waits_until: LocalTime,
 }
 
 impl Shared {
@@ -87,6 +91,6 @@ impl Shared {
 impl Present {
     /// Whether no session runs, and none is being started.
     pub(super) fn has_ended(&self) -> bool {
-        !self.restarting && self.handle.as_ref().is_none_or(SessionHandle::has_ended)
+        !self.restarting && !self.paused && self.handle.as_ref().is_none_or(SessionHandle::has_ended)
     }
 }

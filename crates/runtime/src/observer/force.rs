@@ -14,6 +14,8 @@ pub(super) const LEAST_S: f64 = 0.5;
 const WINDOW: usize = 4;
 /// Limits of the governor may act for so long on end, s.
 const MAX_LIMITED_S: f64 = 0.02;
+/// A limit that acts again within this time acts on, as it does in every cycle of an oscillation that it bounds, s.
+const LIMIT_AGAIN_S: f64 = 0.25;
 /// Stretches of shaking that are told apart; later ones are added to the last.
 const MAX_STRETCHES: usize = 16;
 
@@ -36,6 +38,10 @@ pub(super) struct ForceWatch {
     max_limited_ticks: u64,
     /// The last tick at which that was too long.
     limited_at: Option<u64>,
+    /// The last tick at which one acted at all, and since when it has shaken against one.
+    last_limited: Option<u64>,
+    saturated_from: Option<u64>,
+    limit_again_ticks: u64,
 }
 
 /// A stretch of time in which the rms stayed above the least one.
@@ -61,6 +67,9 @@ impl ForceWatch {
             // Whole ticks within that time: one more is longer.
             max_limited_ticks: (MAX_LIMITED_S * control.hz() * (1.0 + 1e-12)) as u64,
             limited_at: None,
+            last_limited: None,
+            saturated_from: None,
+            limit_again_ticks: control.ticks_in(LIMIT_AGAIN_S),
         }
     }
 
@@ -69,6 +78,9 @@ impl ForceWatch {
         self.ticks += 1;
         self.growth.limited |= seen.is_limited;
         self.limited_ticks = if seen.is_limited { self.limited_ticks + 1 } else { 0 };
+        if seen.is_limited {
+            self.last_limited = Some(tick);
+        }
         if self.is_limited_for_long() {
             self.limited_at = Some(tick);
         }
@@ -82,7 +94,11 @@ impl ForceWatch {
         self.ring[(self.blocks % WINDOW as u64) as usize] = *block;
         self.blocks += 1;
         self.growth.observe(tick, block);
-        if self.fast_force_n() > LEAST_RMS_N {
+        let is_fast = self.fast_force_n() > LEAST_RMS_N;
+        let is_saturated =
+            is_fast && self.last_limited.is_some_and(|last| last + self.limit_again_ticks > tick);
+        self.saturated_from = is_saturated.then(|| self.saturated_from.unwrap_or(tick));
+        if is_fast {
             let begin = Stretch { from: tick + 1 - block.ticks, to: tick, blocks: 0, sums: Sums::default() };
             let stretch = self.above.get_or_insert(begin);
             (stretch.to, stretch.blocks) = (tick, stretch.blocks + 1);
@@ -133,6 +149,11 @@ impl ForceWatch {
     /// Whether limits have acted for longer than they may, without a break until now.
     pub(super) fn is_limited_for_long(&self) -> bool {
         self.limited_ticks > self.max_limited_ticks
+    }
+
+    /// Since when it has shaken against a limit without a break until now.
+    pub(super) fn saturated_from(&self) -> Option<u64> {
+        self.saturated_from
     }
 
     /// The last tick at which it diverged in either way.

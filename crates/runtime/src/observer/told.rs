@@ -107,6 +107,8 @@ pub struct LiveVerdict {
     pub verdict: Option<RunVerdict>,
     /// The largest force above 8 Hz at a finger over the last sixteenth of a second, N rms.
     pub fast_force_n: f64,
+    /// For how long a finger has shaken against a limit of its governor, without a break until now, s.
+    pub saturated_s: f64,
 }
 
 /// What an observer is told of a finger at a tick.
@@ -125,6 +127,7 @@ impl LiveVerdict {
         let worse = |one: Self, other: Self| Self {
             verdict: RunVerdict::worse(one.verdict, other.verdict),
             fast_force_n: one.fast_force_n.max(other.fast_force_n),
+            saturated_s: one.saturated_s.max(other.saturated_s),
         };
         hosts.reduce(worse).unwrap_or_default()
     }

@@ -91,6 +91,11 @@ impl Watch {
         self.fingers.iter().map(ForceWatch::last_shaking_tick).max().flatten()
     }
 
+    /// Since when a finger has shaken against a limit without a break until now.
+    pub(super) fn saturated_from(&self) -> Option<u64> {
+        self.fingers.iter().filter_map(ForceWatch::saturated_from).min()
+    }
+
     /// The largest rms at a finger over the last sixteenth of a second, N.
     pub(super) fn fast_force_n(&self) -> f64 {
         self.fingers.iter().map(ForceWatch::fast_force_n).fold(0.0, f64::max)

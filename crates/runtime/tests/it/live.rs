@@ -8,9 +8,10 @@ use crate::sessions::{assert_adds_up, assert_replays, scene, until};
 use cotouch_runtime::real_time::{realisable, run_local, serve};
 use cotouch_runtime::{
     ChangeError, Changed, HeldBy, LiveSession, RealTimeOptions, RecordKind, Recording, RunVerdict, Summary,
-    numbered_path,
+    TakeError, numbered_path,
 };
-use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Action, Impairment, Scene};
 
 fn real_scene(settings: &[&str]) -> Scene {
     realisable(&scene("distributed", settings)).0
@@ -231,4 +232,50 @@ fn recordings_are_numbered_from_the_second_on() {
     let name = |generation| numbered_path(Path::new("a/b.c.mcap"), generation).display().to_string();
     assert_eq!([name(1), name(2), name(10)], ["a/b.c.mcap", "a/b.c-2.mcap", "a/b.c-10.mcap"]);
     assert_eq!(numbered_path(Path::new("b"), 2), Path::new("b-2"));
+}
+
+#[test]
+fn a_watched_session_that_shakes_against_its_limits_is_stopped_and_waits_for_other_settings() {
+    let session = live(&real_scene(&["coupling.remote_hand_object.stiffness_n_per_m=4000"]), None);
+    wait_until(&session, |session| {
+        session.is_watched(2.0);
+        session.paused().is_some()
+    });
+    assert!(!session.has_ended() && session.scene().1 == 1);
+    assert!(matches!(session.take(HostIndex(0)), Err(TakeError::Ended)), "there is no hand");
+    assert_eq!(session.change(real_scene(&[])).unwrap(), Changed::ByRestart);
+    assert_eq!((session.paused(), session.scene().1), (None, 2));
+    wait_for_ticks(&session, 100);
+    let summary = stop(session);
+    assert_ne!(summary.earlier[0].verdict, RunVerdict::Quiet);
+}
+
+#[test]
+fn scripts_that_are_over_begin_anew_while_somebody_watches_and_no_pointer_holds_a_hand() {
+    let short = real_scene(&[]).edit(|scene| {
+        for user in &mut scene.users {
+            user.repeat = false;
+            user.script = vec![Action::Relax { duration_s: 0.2 }];
+        }
+    });
+    let session = live(&short.unwrap(), None);
+    let hand = session.take(HostIndex(0)).unwrap();
+    let until_s = 4.5;
+    wait_until(&session, |session| {
+        session.is_watched(2.0);
+        session.elapsed_s() > until_s
+    });
+    assert_eq!(session.scene().1, 1, "somebody holds a hand");
+    drop(hand);
+    wait_until(&session, |session| {
+        session.is_watched(2.0);
+        session.scene().1 == 2
+    });
+    let mut news = session.take_news();
+    wait_until(&session, |session| {
+        news.extend(session.take_news());
+        news.iter().any(|news| news.contains("scripts were over"))
+    });
+    wait_for_ticks(&session, 100);
+    stop(session);
 }

@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use cotouch_device::{Guide, GuidedUser, Targets};
 use cotouch_runtime::real_time::realisable;
-use cotouch_runtime::{RunVerdict, Station, TickRecord, VirtualSession};
+use cotouch_runtime::{HostChange, LiveVerdict, RunVerdict, Station, TickRecord, VirtualSession};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use glam::DVec3;
@@ -81,6 +81,18 @@ impl Session {
         largest_n
     }
 
+    fn change(&mut self, to: &Scene) {
+        for host in to.hosts() {
+            let station = &mut self.virtual_session.host_mut(host).station;
+            assert!(station.change(&mut HostChange::new(to, host)));
+        }
+    }
+
+    /// Where the first host's copy of the object is, m.
+    fn object_m(&self) -> DVec3 {
+        self.virtual_session.hosts()[0].station.state.host.bodies[0].pose.position
+    }
+
     fn leave(&self) {
         self.pointers.iter().for_each(|pointer| *pointer.0.lock().unwrap() = None);
     }
@@ -106,6 +118,44 @@ fn forces_do_not_jump_when_pointers_take_and_leave() {
         let largest_n = taken_n.max(swung_n).max(left_n);
         assert!(largest_n < 0.15, "{name}: {taken_n}, {swung_n} and {left_n} N in one tick");
         assert!(swung_n > 0.001, "something is felt");
+    }
+}
+
+#[test]
+fn with_a_hand_taken_an_unstable_object_shakes_where_it_is_and_settles_there() {
+    for (name, stiffness) in [("single-axis", 4000.0), ("single-axis-centralized", 4000.0)] {
+        let scene = realisable(&cotouch_scene::load(name, &[]).unwrap()).0;
+        let key = "coupling.remote_hand_object.stiffness_n_per_m";
+        let unstable = cotouch_scene::with_override(&scene, key, stiffness).unwrap();
+        let mut session = Session::new(&scene);
+        session.run(4.0);
+        *session.pointers[0].0.lock().unwrap() = Some(Targets::new());
+        session.run(1.0);
+        let began_m = session.object_m();
+        session.change(&unstable);
+        let mut furthest_m: f64 = 0.0;
+        for _ in 0..30 {
+            session.run(0.1);
+            furthest_m = furthest_m.max(session.object_m().distance(began_m));
+        }
+        let now = |session: &Session| {
+            let stations = session.virtual_session.hosts().iter().map(|host| &host.station);
+            LiveVerdict::combine(stations.map(|station| station.observer.now()))
+        };
+        let shaking = now(&session);
+        assert!(
+            shaking.verdict > Some(RunVerdict::Quiet) && shaking.saturated_s > 1.0,
+            "{name}: {shaking:?}"
+        );
+        session.change(&scene);
+        session.run(2.0);
+        let settled = now(&session);
+        assert!(
+            settled.verdict == Some(RunVerdict::Quiet) && settled.saturated_s == 0.0,
+            "{name}: {settled:?}"
+        );
+        let off_m = session.object_m().distance(began_m);
+        assert!(furthest_m < 0.2 && off_m < 0.1, "{name}: {furthest_m} m while it shook, {off_m} m after");
     }
 }
 

@@ -20,13 +20,13 @@ const section = (id: string): HTMLElement => {
 const store = new Store();
 // The theme comes with the header: before anything that takes its colours.
 createHeader(section("header"), store);
-createNotices(section("trouble"), section("notices"), store);
 const tabs = createTabs(section("tabs"), [
   { name: "People", panel: section("people") },
   { name: "Lesson", panel: section("lesson") },
 ]);
 tabs.offer(section("lesson"), false);
 const send = connect(store);
+createNotices({ trouble: section("trouble"), paused: section("paused"), notices: section("notices") }, store, send);
 const view = new View(section("views"));
 const plots = new Plots(section("plots"));
 createHand(view, store, send);

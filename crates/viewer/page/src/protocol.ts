@@ -147,6 +147,8 @@ export interface SettingsMessage {
   settings: Settings;
   /** What the session does differently from what was asked for, in words; "" when nothing. */
   note: string;
+  /** Why the session was stopped and waits to be begun anew, in words; "" while it runs. */
+  paused: string;
 }
 
 /** The answers to `predict`, with its id. All of them come, in this order, unless a newer question came meanwhile. */

@@ -1,7 +1,7 @@
 // The lesson's controls as sliders, number fields and choices.
 import { make, say } from "../dom.ts";
 import type { Control, Settings } from "../protocol.ts";
-import { fromSlider, readable, sliderSteps, tidy, toSlider, withUnit } from "./scale.ts";
+import { fromSlider, readable, sliderSteps, toSlider, withUnit } from "./scale.ts";
 
 type Value = number | string;
 
@@ -9,6 +9,8 @@ type Value = number | string;
 export interface Heard {
   moved(control: Control, value: Value): void;
   released(control: Control, value: Value): void;
+  /** A number that the control does not allow; the control keeps the one that it had. */
+  refused(control: Control, why: string): void;
 }
 
 /** After a move, what the server says about this control waits this long: it may be about an earlier move. */
@@ -114,7 +116,9 @@ function makeNumber(control: Control, heard: Heard): Field {
   const slider = make("input", {
     id, type: "range", min: 0, max: sliderSteps(control), step: 1, "aria-describedby": `${id}-help`,
   });
+  let shown = control.low;
   const show = (value: Value) => {
+    shown = Number(value);
     slider.value = String(toSlider(control, Number(value)));
     slider.setAttribute("aria-valuetext", withUnit(Number(value), control.unit));
     if (document.activeElement !== number) number.value = readable(Number(value));
@@ -128,21 +132,33 @@ function makeNumber(control: Control, heard: Heard): Field {
   slider.addEventListener("input", () => moved(fromSlider(control, Number(slider.value))));
   slider.addEventListener("change", () => heard.released(control, fromSlider(control, Number(slider.value))));
   number.addEventListener("change", () => {
-    if (!Number.isFinite(number.valueAsNumber)) {
-      number.value = readable(fromSlider(control, Number(slider.value)));
+    const value = number.valueAsNumber;
+    const why = refusal(control, value);
+    number.setAttribute("aria-invalid", String(why !== null));
+    if (why !== null) {
+      number.value = readable(shown);
+      heard.refused(control, why);
       return;
     }
-    const value = control.kind === "whole" ? tidy(control, number.valueAsNumber)
-      : Math.min(Math.max(number.valueAsNumber, control.low), control.high);
-    number.value = readable(value);
     moved(value);
+    number.value = readable(value);
     heard.released(control, value);
   });
   return field;
 }
 
+/** Why a control does not take this number, with what it allows; null where it does. */
+export function refusal(control: Control, value: number): string | null {
+  const allowed = `${readable(control.low)} to ${withUnit(control.high, control.unit)}`;
+  if (!Number.isFinite(value)) return `${control.label} is a number from ${allowed}.`;
+  if (value < control.low || value > control.high) return `${control.label} cannot be ${readable(value)}: it goes from ${allowed}.`;
+  if (control.kind === "whole" && !Number.isInteger(value)) return `${control.label} cannot be ${readable(value)}: it is a whole number from ${allowed}.`;
+  return null;
+}
+
 function frame(control: Control, id: string, ...inputs: HTMLElement[]): HTMLElement {
-  const help = control.help + (control.restarts ? " Begins the session anew." : "");
+  const range = control.kind === "choice" ? "" : ` From ${readable(control.low)} to ${withUnit(control.high, control.unit)}.`;
+  const help = control.help + range + (control.restarts ? " Begins the session anew." : "");
   const label = make("label", { for: id }, control.label);
   if (control.unit) label.append(make("span", { class: "unit" }, ` ${control.unit}`));
   if (control.restarts) label.append(make("span", { class: "restarts", "aria-hidden": "true" }, " ↻"));

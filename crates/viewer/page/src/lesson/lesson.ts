@@ -13,6 +13,7 @@ import { Gauge } from "./gauge.ts";
 import { StabilityMap } from "./map.ts";
 import { Running } from "./running.ts";
 import { Setting } from "./setting.ts";
+import { listTrials, Trials } from "./tried.ts";
 import { agreement, growth } from "./words.ts";
 
 const CLOCK = {
@@ -38,6 +39,8 @@ class Lesson {
   #gauge = new Gauge();
   #running = new Running();
   #contact = new Contact();
+  #trials = new Trials();
+  #tried = make("div");
   #controls: Controls;
   #axes = new AxesChoice(() => this.#axesChanged());
   #map = new StabilityMap((values) => this.#pick(values), () => this.#picked());
@@ -64,6 +67,7 @@ class Lesson {
     this.#controls = new Controls({
       moved: (control, value) => this.#moved(control, value),
       released: (control, value) => this.#released(control, value),
+      refused: (_, why) => say(this.#help, why),
     });
     this.#layOut();
     this.#listen();
@@ -82,6 +86,7 @@ class Lesson {
         make("h3", {}, "Where it is stable"), this.#axes.element, this.#map.canvas, this.#mapState),
       make("div", { class: "controls-head" }, make("h3", {}, "Settings"), this.#again),
       this.#note, this.#controls.element, this.#help,
+      make("h3", {}, "What was tried"), this.#tried,
       make("h3", {}, "Contact modes, worst first"), this.#modes,
       make("h3", {}, "Margins"), this.#margins,
     );
@@ -93,6 +98,8 @@ class Lesson {
     store.on("settings", ({ settings, note }) => this.#settings(settings, note));
     store.on("picture", (picture) => {
       if (this.#running.show(picture)) this.#showAgreement();
+      this.#trials.see(picture.time_s, this.#running.seen);
+      this.#showTrials();
       this.#contact.show(picture, store.settings?.settings ?? {}, store.taken?.user ?? null);
     });
     store.on("refused", ({ what }) => { if (what === "set") this.#revert(); });
@@ -130,6 +137,7 @@ class Lesson {
 
   #settings(settings: Settings, note: string): void {
     say(this.#note, note);
+    this.#trials.run(settings);
     const before = JSON.stringify(this.#wanted);
     for (const [key, value] of Object.entries(settings)) {
       if (this.#takesOver(key, value)) this.#wanted[key] = value;
@@ -248,6 +256,7 @@ class Lesson {
 
   #showVerdict(verdict: VerdictMessage): void {
     this.#verdict = verdict;
+    if (this.#isWhatRuns()) this.#trials.predict(verdict.stable);
     this.#gauge.show(verdict.spectral_radius, verdict.stable);
     this.#growth.textContent = growth(verdict);
     const warnings = listWarnings(verdict.warnings);
@@ -279,9 +288,20 @@ class Lesson {
     if (waits.has("margin")) this.#margins.replaceChildren(make("p", { class: "small muted" }, "Computing…"));
   }
 
-  #showAgreement(): void {
+  /** Whether the controls show what the session is set to. */
+  #isWhatRuns(): boolean {
     const running = this.#store.settings?.settings ?? {};
-    const same = Object.entries(this.#wanted).every(([key, value]) => running[key] === value);
+    return Object.entries(this.#wanted).every(([key, value]) => running[key] === value);
+  }
+
+  /** Drawn anew only where it changed: pictures come sixty times a second. */
+  #showTrials(): void {
+    const table = listTrials(this.#trials, this.#known());
+    if (table.innerHTML !== this.#tried.firstElementChild?.innerHTML) this.#tried.replaceChildren(table);
+  }
+
+  #showAgreement(): void {
+    const same = this.#isWhatRuns();
     const predicted = this.#verdict?.stable;
     const agrees = typeof predicted === "boolean" && same && this.#running.seen === (predicted ? "settled" : "shaking");
     this.#agreement.dataset["agrees"] = String(agrees);

@@ -28,8 +28,8 @@ export function createHeader(element: HTMLElement, store: Store): void {
     const name = replay ? recordings.map((recording) => recording.name).join(" and ") : about.scene;
     say(scene, name);
     document.title = `${name} – cotouch`;
-    say(facts, describe(about));
-    facts.title = about.description;
+    say(facts, replay ? [...new Set(recordings.map((recording) => describe(recording.about)))].join(" | ") : describe(about));
+    facts.title = replay ? recordings.map((recording) => recording.about.description).join(" ") : about.description;
     for (const badge of [predicted, observed]) {
       badge.element.hidden = replay;
       badge.show("unknown", "…");

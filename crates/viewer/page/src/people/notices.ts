@@ -1,6 +1,7 @@
 // Troubles, news and refusals, in words: a line under the header while there is no connection, and notes that pass.
 import "./notices.css";
 import { make, say } from "../dom.ts";
+import type { Send } from "../connection.ts";
 import type { Store, Trouble } from "../store.ts";
 
 const SHOWN_MS = 9000;
@@ -12,10 +13,30 @@ const REFUSALS = {
   message: "The server turned down a message",
 } as const;
 
-export function createNotices(trouble: HTMLElement, notices: HTMLElement, store: Store): void {
+export interface NoticeElements {
+  trouble: HTMLElement;
+  paused: HTMLElement;
+  notices: HTMLElement;
+}
+
+export function createNotices({ trouble, paused, notices }: NoticeElements, store: Store, send: Send): void {
   createTroubleLine(trouble, store);
+  createPausedLine(paused, store, send);
   store.on("news", ({ text }) => note(notices, "news", text));
   store.on("refused", ({ what, why }) => note(notices, "refused", `${REFUSALS[what] ?? "Refused"}: ${why}`));
+}
+
+/** A session that was stopped is offered to be begun anew, by whom it may be. */
+function createPausedLine(element: HTMLElement, store: Store, send: Send): void {
+  const text = make("span");
+  const again = make("button", { type: "button", class: "primary" }, "Begin again");
+  again.addEventListener("click", () => send({ type: "again" }));
+  element.append(text, again);
+  store.on("settings", ({ paused }) => {
+    element.hidden = paused === "";
+    again.hidden = !store.session?.may_change;
+    say(text, paused && `${paused[0]!.toUpperCase()}${paused.slice(1)}.`);
+  });
 }
 
 function createTroubleLine(element: HTMLElement, store: Store): void {

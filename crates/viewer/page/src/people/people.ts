@@ -23,12 +23,14 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   const again = make("button", { type: "button" }, "Begin again");
   again.addEventListener("click", () => send({ type: "again" }));
   const script = make("div", { class: "script", hidden: true },
-    make("p", { class: "muted small" }, "The program moves hands by a script; when that is over, they rest."), again);
+    make("p", { class: "muted small" }, "The program moves hands by a script; when all scripts are over, the session begins anew while somebody watches."), again);
   element.append(make("h2", {}, "Who takes part"), intro, list, mine, script, help);
 
   // The answer to a request may take a moment: until then the button says so.
   let asked: number | null = null;
-  const show = () => showSeats(list, store.seats, asked, (seat) => {
+  // A hand that was lost, by silence or with its session, is offered back; one that was left on purpose as well.
+  let last: number | null = null;
+  const show = () => showSeats(list, store.seats, { asked, last }, (seat) => {
     if (seat.by === "you") {
       send({ type: "leave" });
     } else {
@@ -42,8 +44,10 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   store.on("refused", settle);
   store.on("trouble", settle);
   store.on("taken", ({ user }) => {
-    const name = store.seats.find((seat) => seat.user === user)?.name;
-    say(mine, user === null ? "" : `You move ${name === undefined ? "a" : `${name}'s`} hand.`);
+    const nameOf = (whose: number | null) => store.seats.find((seat) => seat.user === whose)?.name ?? "a user";
+    const left = last === null ? "" : `You have let go of ${nameOf(last)}'s hand; it is yours again when you take it back.`;
+    say(mine, user === null ? left : `You move ${nameOf(user)}'s hand.`);
+    last = user ?? last;
     settle();
   });
   store.on("session", ({ mode, about, may_change }) => {
@@ -59,19 +63,26 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   });
 }
 
-function showSeats(list: HTMLElement, seats: readonly Seat[], asked: number | null, act: (seat: Seat) => void): void {
+/** Whose hand this page has asked for, and whose it had last. */
+interface Wanted {
+  asked: number | null;
+  last: number | null;
+}
+
+function showSeats(list: HTMLElement, seats: readonly Seat[], wanted: Wanted, act: (seat: Seat) => void): void {
   const active = document.activeElement as HTMLElement | null;
   const focused = list.contains(active) ? active?.dataset["user"] : undefined;
-  list.replaceChildren(...seats.map((seat) => showSeat(seat, asked === seat.user, act)));
+  list.replaceChildren(...seats.map((seat) => showSeat(seat, wanted, act)));
   if (focused !== undefined) list.querySelector<HTMLElement>(`button[data-user="${focused}"]`)?.focus();
 }
 
-function showSeat(seat: Seat, asked: boolean, act: (seat: Seat) => void): HTMLElement {
+function showSeat(seat: Seat, { asked: whose, last }: Wanted, act: (seat: Seat) => void): HTMLElement {
+  const asked = whose === seat.user;
   const item = make("li", { "data-by": seat.by }, swatch(seat.user),
     make("span", { class: "who" },
       make("span", { class: "name" }, seat.name), make("span", { class: "by" }, WHO[seat.by])));
   if (seat.by === "browser" || seat.by === "elsewhere") return item;
-  const verb = seat.by === "you" ? "Leave" : asked ? "Taking…" : "Take";
+  const verb = seat.by === "you" ? "Leave" : asked ? "Taking…" : last === seat.user ? "Take back" : "Take";
   const button = make("button", {
     type: "button",
     class: seat.by === "you" || asked ? null : "primary",

@@ -40,6 +40,15 @@ export function readColours(): Colours {
   };
 }
 
+/** How much of white (above 0) or black (below) the fingers of one user have besides its colour, in turn. */
+const FINGER_SHADES = [0, 0.5, -0.4, 0.25];
+
+/** Of one of a user's fingers: shades of the user's colour, so that they can be told apart. */
+export function fingerColour(colours: Colours, user: number, finger: number): Color {
+  const shade = FINGER_SHADES[finger % FINGER_SHADES.length] ?? 0;
+  return userColour(colours, user).clone().lerp(new Color(shade > 0 ? "white" : "black"), Math.abs(shade));
+}
+
 export function userColour(colours: Colours, user: number): Color {
   return colours.users[user % colours.users.length] ?? colours.accent;
 }

@@ -2,7 +2,7 @@
 import { Group, Vector3, type Quaternion } from "three";
 import type { FingerPicture, Picture } from "../picture.ts";
 import type { About, HostIndex, Vector } from "../protocol.ts";
-import { type Colours, userColour } from "./colours.ts";
+import { type Colours, fingerColour, userColour } from "./colours.ts";
 import { type Layout, standsBeside } from "./layout.ts";
 import { Arrow, Ball, Halo, Proxy, Rail, Ring, Spring } from "./marks.ts";
 
@@ -140,14 +140,15 @@ class Hand {
 
   colour(colours: Colours, user: number): void {
     const own = userColour(colours, user);
-    for (const { ball, halo, proxy, arrow, spring, aim } of this.fingers) {
+    this.fingers.forEach(({ ball, halo, proxy, arrow, spring, aim }, finger) => {
+      const own = fingerColour(colours, user, finger);
       ball.colour(own);
       halo.colours(colours);
       proxy.colour(colours.text);
       arrow.colour(own.clone().lerp(colours.text, 0.25));
       spring.colours(colours.accent, colours.bad);
       aim.colour(colours.text);
-    }
+    });
     this.#coupler?.colours(own.clone().lerp(colours.muted, 0.4), colours.bad);
     this.#rail?.colour(colours.line);
   }

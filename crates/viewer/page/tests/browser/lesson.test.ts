@@ -28,10 +28,10 @@ async function openLesson(mayChange = true): Promise<FakeServer> {
     if (message.type === "predict") answers(message, running).forEach((answer) => server.send(answer));
     if (message.type !== "set") return;
     running = { ...running, ...message.settings };
-    server.send({ type: "settings", settings: running, note: "" });
+    server.send({ type: "settings", settings: running, note: "", paused: "" });
   };
   server.send(lesson(mayChange));
-  server.send({ type: "settings", settings: SETTINGS, note: "" });
+  server.send({ type: "settings", settings: SETTINGS, note: "", paused: "" });
   server.sendPicture(encodePicture(picture(LINE, 1)));
   await server.page.click("#tab-lesson");
   await server.page.waitForFunction((radius) => /^\d/.test(document.querySelector(radius)?.textContent ?? ""), RADIUS);
@@ -113,7 +113,7 @@ test("who may not change the session asks what if; nothing is set, and the sessi
   await server.page.focus(SLIDER);
   await server.page.keyboard.press("End");
   await saying(server, AGREEMENT, "What if: predicted unstable.");
-  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 500, [K_REMOTE]: 77 }, note: "" });
+  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 500, [K_REMOTE]: 77 }, note: "", paused: "" });
   await server.page.waitForFunction(() =>
     document.querySelector<HTMLInputElement>("#control-coupling-remote-hand-object-stiffness-n-per-m-number")!.value === "77");
   assert.equal(await server.page.inputValue(`${SLIDER}-number`), "10000");
@@ -124,10 +124,10 @@ test("who may not change the session asks what if; nothing is set, and the sessi
 
 test("what another browser sets moves the controls; what is refused is said and taken back", async () => {
   const server = await openLesson();
-  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 5000 }, note: "The delay is 2 periods, as the link needs." });
+  server.send({ type: "settings", settings: { ...SETTINGS, [K_OBJECTS]: 5000 }, note: "The delay is 2 periods, as the link needs.", paused: "" });
   await saying(server, "#lesson .note", "as the link needs");
   assert.equal(await server.page.inputValue(`${SLIDER}-number`), "5000");
-  server.send({ type: "settings", settings: SETTINGS, note: "" });
+  server.send({ type: "settings", settings: SETTINGS, note: "", paused: "" });
   await server.page.fill("#control-object-damping-n-s-per-m-number", "5");
   server.send({ type: "refused", what: "set", why: "the object is fixed" });
   await saying(server, "#notices", "This cannot be set: the object is fixed");
@@ -156,5 +156,64 @@ test("every control has a name, and its words of help", async () => {
     assert.ok((await field.locator("label").textContent())?.startsWith(control.label));
     assert.ok((await field.locator(".unseen").textContent())?.includes(control.help));
   }
+  await server.page.close();
+});
+
+test("a number that a control does not allow is refused with what it allows", async () => {
+  const server = await openLesson();
+  const field = `${SLIDER}-number`;
+  await server.page.fill(field, "20000");
+  await server.page.press(field, "Enter");
+  await saying(server, "#lesson .help-line", "cannot be 20000: it goes from 10 to 10000 N/m.");
+  assert.equal(await server.page.inputValue(field), "300");
+  assert.equal(await server.page.getAttribute(field, "aria-invalid"), "true");
+  await server.page.fill("#control-session-users-number", "2.5");
+  await server.page.press("#control-session-users-number", "Enter");
+  await saying(server, "#lesson .help-line", "whole number from 2 to 8");
+  assert.equal(said(server, "set").length, 0);
+  await server.page.fill(field, "500");
+  await server.page.press(field, "Enter");
+  await server.page.waitForFunction((id) => document.querySelector(id)!.getAttribute("aria-invalid") === "false", field);
+  assert.deepEqual(said(server, "set").at(-1)!.settings, { [K_OBJECTS]: 500 });
+  assert.deepEqual(server.errors, []);
+  await server.page.close();
+});
+
+test("what was tried is told setting by setting: what was predicted, and what the session did", async () => {
+  const server = await openLesson();
+  const { page } = server;
+  const show = (time_s: number, verdict: "quiet" | "shaking") =>
+    server.sendPicture(encodePicture({ ...picture(LINE, time_s), verdict_now: verdict }));
+  for (let time_s = 1; time_s <= 3; time_s += 0.5) show(time_s, "quiet");
+  await page.focus(SLIDER);
+  await page.keyboard.press("End");
+  await page.waitForSelector('.gauge[data-verdict="unstable"]');
+  for (let time_s = 3.5; time_s <= 6; time_s += 0.5) show(time_s, "shaking");
+  await page.keyboard.press("Home");
+  await page.waitForSelector('.gauge[data-verdict="stable"]');
+  // What shook before has a second in which to die out.
+  show(6.5, "shaking");
+  for (let time_s = 7.5; time_s <= 9; time_s += 0.5) show(time_s, "quiet");
+  await page.waitForFunction(() => document.querySelectorAll(".trials tbody tr").length === 3
+    && document.querySelector(".trials tbody tr:last-child")!.textContent!.endsWith("quiet"));
+  const rows = await page.locator(".trials tbody tr").allTextContents();
+  assert.deepEqual(rows, [
+    "as at firststablequiet", "Copy to copy, stiffness 10000 N/munstableshaking", "Copy to copy, stiffness 10 N/mstablequiet",
+  ]);
+  assert.deepEqual(server.errors, []);
+  await page.close();
+});
+
+test("a session that was stopped says why and offers to begin again", async () => {
+  const server = await openLesson();
+  const line = server.page.locator("#paused");
+  assert.ok(await line.isHidden());
+  server.send({ type: "settings", settings: SETTINGS, note: "", paused: "the session shook against its force limits" });
+  await saying(server, "#paused", "The session shook against its force limits.");
+  await line.getByRole("button", { name: "Begin again" }).click();
+  await pass(server.page, 100);
+  assert.equal(said(server, "again").length, 1);
+  server.send({ type: "settings", settings: SETTINGS, note: "", paused: "" });
+  await line.waitFor({ state: "hidden" });
   await server.page.close();
 });

@@ -17,7 +17,7 @@ async function open(size?: { width: number; height: number }): Promise<FakeServe
   server.send({ type: "seats", seats: [
     { user: 0, name: "anna", by: "script" }, { user: 1, name: "ben", by: "browser" }, { user: 2, name: "cleo", by: "free" },
   ] });
-  server.send({ type: "settings", settings: SETTINGS, note: "" });
+  server.send({ type: "settings", settings: SETTINGS, note: "", paused: "" });
   server.sendPicture(encodePicture(picture(LINE, 1)));
   await server.page.waitForSelector(".seats button");
   return server;

@@ -127,7 +127,7 @@ test("a drag moves the object at every host, two browsers see each other, and le
     await ben.page.close();
     await until("ben's hand is the program's again", async () => (await anna.page.getByRole("button", { name: "Take ben's hand" }).count()) === 1);
     await anna.page.getByRole("button", { name: "Leave anna's hand" }).click();
-    await anna.page.getByRole("button", { name: "Take anna's hand" }).waitFor();
+    await anna.page.getByRole("button", { name: "Take back anna's hand" }).waitFor();
     assert.ok(latest(anna).hosts.every((host) => !host.diverged));
     assert.deepEqual([...anna.errors, ...ben.errors], []);
   });
@@ -165,6 +165,34 @@ test("the gauge turns where the analysis says, the session agrees, and settles a
     const { generation } = latest(watching);
     assert.ok(generation >= before, `session ${before} became ${generation}`);
     await watching.page.getByText("here").first().waitFor({ state: "attached" });
+    assert.deepEqual(watching.errors, []);
+  });
+});
+
+test("with a hand taken, what is past the line shakes where it is; back, it settles there, and both are told apart", async () => {
+  await withProgram(["run", "single-axis", "--no-record", "--duration", "600"], async (program) => {
+    const watching = await watch(program);
+    await watching.page.getByRole("button", { name: "Take anna's hand" }).click();
+    await watching.page.getByRole("button", { name: "Leave anna's hand" }).waitFor();
+    await openLesson(watching);
+    const agreement = (words: string) => until(words, async () => (await watching.page.locator("#lesson .agreement").textContent())?.includes(words) ?? false);
+    await agreement("Predicted stable – and it is.");
+    const before = latest(watching);
+    const from = boxes(watching)[0] ?? NaN;
+    await setNumber(watching, STIFFNESS_LABEL, 4000);
+    await until("it shakes or diverges", () => ["shaking", "diverging"].includes(latest(watching).verdict_now ?? ""));
+    const shook = watching.pictures.length;
+    await setNumber(watching, STIFFNESS_LABEL, 400);
+    await until("it is quiet", () => latest(watching).verdict_now === "quiet");
+    await agreement("Predicted stable – and it is.");
+    assert.equal(latest(watching).generation, before.generation, "the same session goes on");
+    const off = Math.abs((boxes(watching)[0] ?? NaN) - from);
+    assert.ok(off < 0.1, `${off} m from where it was`);
+    assert.ok(watching.pictures.slice(shook).every(({ hosts }) => hosts.every((host) => !host.diverged)));
+    const rows = await watching.page.locator(".trials tbody tr").allTextContents();
+    assert.equal(rows.length, 3, rows.join(" / "));
+    assert.match(rows[0] ?? "", /^as at first.*stable.*quiet/);
+    assert.match(rows[1] ?? "", /4000.*unstable.*(shaking|diverging)/);
     assert.deepEqual(watching.errors, []);
   });
 });

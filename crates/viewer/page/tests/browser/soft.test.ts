@@ -98,7 +98,7 @@ test("the lesson of a soft object says its stiffnesses, and its map is of the lo
     "local_model.kind": "pi", "local_model.stiffness_ratio": 0.25, "local_model.integral_ratio": 0.1,
     "rates.simulation_hz": "64", "soft.young_pa": 60000, "link.delay_periods": 1,
   };
-  server.send({ type: "settings", settings, note: "" });
+  server.send({ type: "settings", settings, note: "", paused: "" });
   await server.page.getByRole("tab", { name: "Lesson" }).click();
   await draw(server, press(1, 0.01));
   const numbers = server.page.locator(".gains dd");
@@ -112,7 +112,7 @@ test("the lesson of a soft object says its stiffnesses, and its map is of the lo
   await pass(server.page, 200);
   const set = server.said.findLast((message) => message.type === "set");
   assert.deepEqual(set, { type: "set", settings: { "local_model.kind": "p" } });
-  server.send({ type: "settings", settings: { ...settings, "local_model.kind": "p" }, note: "" });
+  server.send({ type: "settings", settings: { ...settings, "local_model.kind": "p" }, note: "", paused: "" });
   await draw(server, press(2, 0.01));
   await server.page.getByText("none", { exact: true }).waitFor();
   await server.page.close();

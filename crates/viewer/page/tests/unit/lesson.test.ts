@@ -5,7 +5,9 @@ import { firstAxes } from "../../src/lesson/axes.ts";
 import { needleAngle, radiusText } from "../../src/lesson/gauge.ts";
 import { areaOf, placeOf, valuesAt } from "../../src/lesson/map.ts";
 import { axisMarks, fromSlider, readable, share, tidy, toSlider, valueAt } from "../../src/lesson/scale.ts";
+import { refusal } from "../../src/lesson/controls.ts";
 import { Setting } from "../../src/lesson/setting.ts";
+import { agrees, Trials } from "../../src/lesson/tried.ts";
 import { agreement, growth, limits, margins, observed } from "../../src/lesson/words.ts";
 import type { Control, PageMessage } from "../../src/protocol.ts";
 import { LINE, picture } from "../examples.ts";
@@ -208,4 +210,35 @@ test("what begins the session anew is set once, when it is let go", () => {
   assert.deepEqual(sent, []);
   clock.go(1000);
   assert.deepEqual(sent, [{ "link.delay_periods": 4 }]);
+});
+
+test("a number that a control does not allow is refused with what it allows", () => {
+  assert.equal(refusal(stiffness, 500), null);
+  assert.equal(refusal(delay, 3), null);
+  assert.match(refusal(stiffness, 1)!, /cannot be 1: it goes from 10 to 10000 N\/m/);
+  assert.match(refusal(stiffness, NaN)!, /is a number from 10 to 10000 N\/m/);
+  assert.match(refusal(delay, 2.5)!, /whole number from 0 to 8/);
+});
+
+test("trials have what was predicted and the worst that was seen once it could settle; short ones are left out", () => {
+  const trials = new Trials();
+  const set = (value: number) => trials.run({ [K_OBJECTS]: value, "session.users": 2 });
+  const see = (from_s: number, to_s: number, seen: "quiet" | "shaking") => {
+    for (let time_s = from_s; time_s <= to_s; time_s += 0.25) trials.see(time_s, seen);
+  };
+  set(300);
+  trials.predict(true);
+  see(0, 3, "quiet");
+  for (const value of [400, 900, 2000]) { set(value); see(3, 3.25, "quiet"); }
+  set(3000);
+  trials.predict(false);
+  see(3.5, 8, "shaking");
+  set(300);
+  trials.predict(true);
+  see(8.25, 8.75, "shaking");
+  see(9.5, 12, "quiet");
+  assert.deepEqual(trials.all.map(({ predicted, seen }) => [predicted, seen]), [[true, "quiet"], [false, "shaking"], [true, "quiet"]]);
+  assert.deepEqual(trials.all.map((trial) => trials.differences(trial)), [[], [[K_OBJECTS, 3000]], []]);
+  assert.deepEqual(trials.all.map(agrees), [true, true, true]);
+  assert.equal(agrees({ settings: {}, predicted: null, seen: "quiet", held_s: 9 }), null);
 });
