@@ -78,6 +78,7 @@ mod singular_values;
 mod soft;
 mod stability;
 mod sweep;
+mod switching;
 mod symmetry;
 pub mod transparency;
 mod verdict;
