@@ -54,6 +54,7 @@ mod balance;
 mod check;
 mod compile;
 mod contact;
+mod coverage;
 mod crossing;
 mod deflate;
 pub mod diagram;
@@ -63,6 +64,7 @@ mod dominant;
 mod eigenvalues;
 mod evaluator;
 mod gains;
+mod left_out;
 mod lift;
 pub mod local_model;
 pub mod loop_spec;
@@ -88,6 +90,7 @@ pub use check::SpecError;
 pub use compile::{ContactMode, along_normal, compile, compile_at};
 pub use eigenvalues::{EigenvalueError, eigenvalues, spectral_radius};
 pub use evaluator::Evaluator;
+pub use left_out::LeftOut;
 pub use lift::LiftedMap;
 pub use map::{StabilityMap, stability_map};
 pub use margin::{GainMargin, Margins, RateMargin, margins};
@@ -96,4 +99,7 @@ pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
 pub use stability::analyze;
 pub use sweep::{Grid, Sweep, SweepError};
-pub use verdict::{AnalysisError, LoopStability, ModeStability, PointVerdict, Stability, Switching};
+pub use verdict::{
+    AnalysisError, ContactPlace, LoopStability, ModeStability, PointVerdict, Stability, Switching, Worst,
+    WorstGain,
+};

@@ -24,7 +24,7 @@ pub use found::{GainMargin, Margins, RateMargin};
 pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
     let verdict = analyze(scene)?;
     let mut margins = Margins {
-        stable: verdict.stable,
+        stable: verdict.each_mode_is_stable(),
         spectral_radius: verdict.spectral_radius,
         delay_periods: None,
         loss_rate: None,
@@ -32,7 +32,7 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
         rates: Vec::new(),
         notes: Vec::new(),
     };
-    if !verdict.stable {
+    if !verdict.each_mode_is_stable() {
         margins.notes.push(which_is_unstable(&verdict));
         return Ok(margins);
     }

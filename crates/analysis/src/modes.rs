@@ -4,14 +4,15 @@ use cotouch_scene::Scene;
 use cotouch_scene::scene::SceneValues;
 
 use crate::compile::{self, ContactMode};
+use crate::left_out::LeftOut;
 use crate::soft::{self, Bodies, UserTouch};
 use crate::verdict::AnalysisError;
 
-/// Every contact mode, and what was left out, in plain sentences. `bodies` remembers what was prepared before.
+/// Every contact mode, and what was left out. `bodies` remembers what was prepared before.
 pub(crate) fn contact_modes(
     scene: &Scene,
     bodies: &Bodies,
-) -> Result<(Vec<ContactMode>, Vec<String>), AnalysisError> {
+) -> Result<(Vec<ContactMode>, Vec<LeftOut>), AnalysisError> {
     if scene.soft.exists() { Ok(soft::modes(scene, bodies)?) } else { Ok(compile::modes(scene)) }
 }
 

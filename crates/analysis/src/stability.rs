@@ -1,27 +1,31 @@
-//! Whether a loop is stable, and how nearly.
+//! Whether a scene is stable, and how nearly.
 
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
 use crate::compile::ContactMode;
+use crate::coverage;
+use crate::left_out::LeftOut;
 use crate::modes::contact_modes;
-use crate::soft::Bodies;
-use crate::warnings::warnings;
-
 use crate::poles::analyze_loop;
-use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching};
+use crate::soft::Bodies;
+use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
+use crate::warnings::warnings;
 
 /// Analyses every contact mode of a scene.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
-    let (modes, notes) = contact_modes(scene, &Bodies::default())?;
+    let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
+    coverage::add_left_out(scene, &mut left_out);
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
-    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
-    let warnings = warnings(scene, &modes, &verdicts, notes);
+    let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
+    let Switched { switching, distance, found } = switched(&modes);
+    left_out.extend(found);
+    let warnings = warnings(scene, &modes, &verdicts, &left_out);
     let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
     let period_s = spec.pattern_s();
     let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
@@ -30,15 +34,65 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         stable: verdict.stable,
         axis: verdict.axis,
     };
+    let modes: Vec<_> = modes.into_iter().zip(&verdicts).map(mode).collect();
     Ok(Stability {
-        spectral_radius: verdicts.iter().map(|verdict| verdict.spectral_radius).fold(0.0, f64::max),
-        stable: verdicts.iter().all(|verdict| verdict.stable),
+        spectral_radius: modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max),
+        stable: whole_verdict(each_is_stable, switching, &left_out),
         rigid_body_poles: headline.rigid_body_poles,
         drag_pole: headline.drag_pole,
         states,
         period_s,
         switching,
+        switching_distance: distance,
+        worst: worst(&modes),
+        left_out,
         warnings,
-        modes: modes.into_iter().zip(&verdicts).map(mode).collect(),
+        modes,
     })
+}
+
+/// What is known about switching between modes.
+struct Switched {
+    switching: Switching,
+    /// As in [`Stability::switching_distance`].
+    distance: Option<f64>,
+    /// What an adversary found: a sequence of contacts under which the session does not settle.
+    found: Option<LeftOut>,
+}
+
+/// Modes are analysed one by one; between several of them nothing is known.
+fn switched(modes: &[ContactMode]) -> Switched {
+    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
+    Switched { switching, distance: None, found: None }
+}
+
+/// As in [`Stability::stable`].
+fn whole_verdict(each_is_stable: bool, switching: Switching, left_out: &[LeftOut]) -> Option<bool> {
+    let covered = left_out.is_empty() && switching != Switching::Unproven;
+    (!each_is_stable || covered).then_some(each_is_stable)
+}
+
+fn worst(modes: &[ModeStability]) -> Option<Worst> {
+    let worst = modes.iter().max_by(|one, other| {
+        one.spectral_radius.total_cmp(&other.spectral_radius).then(other.stable.cmp(&one.stable))
+    })?;
+    Some(Worst { contacts: worst.contacts.clone(), place: None, gain: None })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stable_is_said_only_of_what_was_analysed_whole() {
+        let gap = [LeftOut::new("something", "it was not")];
+        for switching in [Switching::None, Switching::Searched, Switching::Unproven] {
+            assert_eq!(whole_verdict(false, switching, &[]), Some(false));
+            assert_eq!(whole_verdict(false, switching, &gap), Some(false));
+            assert_eq!(whole_verdict(true, switching, &gap), None);
+        }
+        assert_eq!(whole_verdict(true, Switching::None, &[]), Some(true));
+        assert_eq!(whole_verdict(true, Switching::Searched, &[]), Some(true));
+        assert_eq!(whole_verdict(true, Switching::Unproven, &[]), None);
+    }
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 
 use crate::check::SpecError;
 use crate::eigenvalues::EigenvalueError;
+use crate::left_out::LeftOut;
 use crate::soft::SoftAnalysisError;
 
 /// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
@@ -13,8 +14,11 @@ pub struct Stability {
     /// Largest absolute eigenvalue over one pattern, in the worst contact mode, without the rigid-body poles.
     /// Infinite where the state grows more than 10¹²⁰-fold within one pattern.
     pub spectral_radius: f64,
-    /// Whether every contact mode's spectral radius is below 1, or 1 but for rounding (within 1e-11): neutral.
-    pub stable: bool,
+    /// True where every contact that the scene's users can make, by script, by a device or by a hand taken on the page, in
+    /// every combination that their fingers allow, was analysed, every mode is stable, and switching between the modes is
+    /// `none` or `searched`. False as soon as one analysed mode is unstable. `None` where all that was analysed is stable
+    /// and something that can happen was not (`left_out`), or switching is unproven.
+    pub stable: Option<bool>,
     /// Eigenvalues at exactly 1 by structure, of the settled mode (every finger that presses on something in contact, no
     /// wall touched): for each part that drifts by itself and each direction in which it does, 1, or 2 where its
     /// momentum is conserved.
@@ -30,8 +34,58 @@ pub struct Stability {
     pub modes: Vec<ModeStability>,
     /// What is known about switching between the modes.
     pub switching: Switching,
+    /// The largest common factor on the gains of all contacts up to which every analysed mode stays stable: how far the
+    /// scene is from the line. `None` where that was not asked, and where there is nothing to switch.
+    pub switching_distance: Option<f64>,
+    /// The mode with the largest spectral radius.
+    pub worst: Option<Worst>,
+    /// What can happen in this scene and was not analysed.
+    pub left_out: Vec<LeftOut>,
     /// What the linear analysis leaves out, in plain sentences.
     pub warnings: Vec<String>,
+}
+
+impl Stability {
+    /// Whether each analysed mode is stable: what maps and margins are about.
+    #[must_use]
+    pub fn each_mode_is_stable(&self) -> bool {
+        self.modes.iter().all(|mode| mode.stable)
+    }
+}
+
+/// The contact mode that is nearest to growing, or grows fastest.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Worst {
+    /// The contacts that are closed in it.
+    pub contacts: Vec<String>,
+    /// Where they touch, where this was searched for.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<Vec<ContactPlace>>,
+    /// The gain that moves its spectral radius most, where this was asked.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gain: Option<WorstGain>,
+}
+
+/// Where a contact touches a body.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct ContactPlace {
+    /// Which contact.
+    pub contact: String,
+    /// Which body.
+    pub body: String,
+    /// On the surface, body frame, m.
+    pub at_m: [f64; 3],
+}
+
+/// The gain that moves a mode's spectral radius most.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct WorstGain {
+    /// A scene key.
+    pub key: String,
+    /// Its value in the scene.
+    pub value: f64,
+    /// The change of the spectral radius per relative change of the gain: dρ/d(ln gain).
+    pub slope: f64,
 }
 
 /// The verdict on one contact mode.
@@ -41,7 +95,7 @@ pub struct ModeStability {
     pub contacts: Vec<String>,
     /// As in [`Stability`].
     pub spectral_radius: f64,
-    /// As in [`Stability`].
+    /// Whether the spectral radius is below 1, or 1 but for rounding (within 1e-11): neutral.
     pub stable: bool,
     /// Which way things mostly move in the motion that belongs to the largest eigenvalue, by kinetic energy: "x", "y",
     /// "z", or "rx", "ry", "rz" for turning. `None` where that motion cannot be told.
@@ -58,6 +112,9 @@ const NEUTRAL: f64 = 1e-11;
 pub enum Switching {
     /// There is one linear mode, and nothing to switch.
     None,
+    /// An adversary that opens and closes one-sided contacts found nothing, and the loop is far enough from the line for
+    /// that to mean something: [`Stability::switching_distance`] says how far.
+    Searched,
     /// Modes were analysed one by one.
     Unproven,
 }
@@ -87,7 +144,7 @@ pub struct LoopStability {
 pub struct PointVerdict {
     /// As in [`Stability`].
     pub spectral_radius: f64,
-    /// As in [`Stability`].
+    /// Whether each analysed mode is stable.
     pub stable: bool,
 }
 

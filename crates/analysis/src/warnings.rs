@@ -1,11 +1,11 @@
 //! What a verdict does not cover, in plain sentences.
 
 use cotouch_scene::scene::{
-    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, ShapeKind, Space, StiffnessFrom,
-    WallSides,
+    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, Space, StiffnessFrom,
 };
 
 use crate::compile::ContactMode;
+use crate::left_out::LeftOut;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
 use crate::rigid::has_untied_copies;
 use crate::verdict::LoopStability;
@@ -15,12 +15,12 @@ pub(crate) fn warnings(
     scene: &Scene,
     modes: &[ContactMode],
     verdicts: &[LoopStability],
-    notes: Vec<String>,
+    left_out: &[LeftOut],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     warn_of_link(scene, &mut warnings);
     warn_of_modes(scene, modes, verdicts, &mut warnings);
-    warnings.extend(notes);
+    warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
     warn_of_soft_contact(scene, &mut warnings);
     warn_of_device(scene, &mut warnings);
@@ -57,16 +57,6 @@ fn warn_of_modes(
     let soft = scene.soft.exists();
     let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };
     warnings.push(format!("{what}: {each}, switching between the modes is unproven."));
-    if scene.session.architecture == Architecture::Distributed && !soft {
-        let who = match (has_surfaces, scene.wall.exists()) {
-            (false, _) => "Copies of the object can meet the wall",
-            (true, false) => "Fingers can meet the copies of a body",
-            (true, true) => "Fingers and walls can meet the copies of a body",
-        };
-        warnings.push(format!(
-            "{who} at different instants; modes in which only some of them touch were not analysed."
-        ));
-    }
 }
 
 /// What of contacts is not linear.
@@ -90,12 +80,6 @@ fn warn_of_contact(scene: &Scene, warnings: &mut Vec<String>) {
     if scene.contact.moment_cancellation {
         warnings.push("Moment cancellation acts on first contact only and is left out.".to_owned());
     }
-    if with_surface().any(|body| matches!(body.shape.kind, ShapeKind::Hull | ShapeKind::Mesh)) {
-        warnings.push("Meshes and hulls are taken as flat where fingers touch them.".to_owned());
-    }
-    if bodies.len() > 1 {
-        warnings.push("Contacts between bodies were not analysed.".to_owned());
-    }
 }
 
 /// What of local models on a soft body is not linear.
@@ -103,12 +87,6 @@ fn warn_of_soft_contact(scene: &Scene, warnings: &mut Vec<String>) {
     let local = &scene.local_model;
     if !scene.soft.exists() {
         return;
-    }
-    if local.sides == WallSides::One {
-        warnings.push(
-            "The loop is linear about the body at rest, each finger on the nearest point of the surface from where it starts; elsewhere and under load the body is stiffer or softer, and contacts that slide are not analysed."
-                .to_owned(),
-        );
     }
     if local.kind == LocalModelKind::Pi && local.threshold_force_n > 0.0 {
         warnings.push(

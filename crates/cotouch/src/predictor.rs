@@ -127,6 +127,8 @@ fn verdict(stability: &Stability) -> Value {
         "spectral_radius": stability.spectral_radius,
         "period_s": stability.period_s,
         "modes": modes,
+        "switching": stability.switching,
+        "left_out": stability.left_out,
         "warnings": stability.warnings,
     })
 }

@@ -83,6 +83,7 @@ pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
     DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, Predicted, RoundTrip, ShakingSummary, SoftSummary, Summary, UserSummary,
+    PassivitySummary, Percentiles, Predicted, RoundTrip, ShakingSummary, SoftSummary, Summary, Unproven,
+    UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

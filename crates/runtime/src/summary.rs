@@ -28,7 +28,7 @@ pub struct Summary {
     pub diverged: Option<DivergedSummary>,
     /// Who shook, and when.
     pub shaking: Vec<ShakingSummary>,
-    /// What the analysis had said before; `None` when it could not say anything about the scene.
+    /// What the analysis had said before; `None` when the scene could not be analysed.
     pub predicted: Option<Predicted>,
     /// The haptic loops, summed over hosts.
     pub haptic: HapticSummary,
@@ -101,10 +101,10 @@ impl Summary {
         }
     }
 
-    /// Whether prediction and outcome disagree; `None` when nothing was predicted.
+    /// Whether prediction and outcome disagree; `None` where there was no prediction.
     #[must_use]
     pub fn disagrees(&self) -> Option<bool> {
-        self.predicted.map(|predicted| predicted.stable != self.stable)
+        self.predicted?.stable.map(|stable| stable != self.stable)
     }
 }
 
@@ -141,10 +141,36 @@ pub struct ShakingSummary {
 /// What the analysis says about the whole scene.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Predicted {
-    /// Whether every contact mode is stable.
-    pub stable: bool,
+    /// Whether the scene is stable; `None` where each analysed mode is and the analysis leaves open whether all is.
+    pub stable: Option<bool>,
     /// The largest spectral radius of a mode per analysed period, without the rigid-body poles.
     pub spectral_radius: f64,
+    /// What the analysis leaves open where it does not say whether the scene is stable.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub open: Option<Unproven>,
+}
+
+/// Why an analysis in which each mode is stable does not call a scene stable.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Unproven {
+    /// Something that users can do was not analysed.
+    Coverage,
+    /// All that users can do was analysed mode by mode, and switching between the modes is unproven.
+    Switching,
+}
+
+impl Unproven {
+    /// The reason in words, after "no prediction: ".
+    #[must_use]
+    pub const fn in_words(self) -> &'static str {
+        match self {
+            Self::Coverage => {
+                "each analysed contact mode is stable, but not all that can happen was analysed"
+            }
+            Self::Switching => "each contact mode is stable, but switching between them is unproven",
+        }
+    }
 }
 
 /// The haptic loops; `ticks + missed = due`.

@@ -19,7 +19,7 @@ pub struct Question {
 /// A part of the answer: fields as in `page/src/protocol.ts`, without `type` and `id`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// `stable, spectral_radius, period_s, modes, warnings`.
+    /// `stable` (null where it is left open)`, spectral_radius, period_s, modes, warnings`.
     Verdict(Value),
     /// `delay_periods, loss_rate, gains, notes`.
     Margin(Value),

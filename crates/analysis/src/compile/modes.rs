@@ -11,6 +11,7 @@ use cotouch_world::coordination::{CouplingGains, Scheme};
 use super::session::compile_at;
 #[cfg(test)]
 use super::session::compile_with;
+use crate::left_out::LeftOut;
 use crate::loop_spec::LoopSpec;
 use crate::operating_point::{OperatingPoint, Settled};
 
@@ -41,19 +42,19 @@ pub fn compile(scene: &SceneValues) -> Vec<ContactMode> {
     modes(scene).0
 }
 
-/// Every contact mode, the free one first, and what was left out, in plain sentences.
-pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<String>) {
+/// Every contact mode, the free one first, and what was left out.
+pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<LeftOut>) {
     modes_with(scene, &|point| compile_at(scene, point))
 }
 
 fn modes_with(
     scene: &SceneValues,
     compile_at: &dyn Fn(&OperatingPoint) -> LoopSpec,
-) -> (Vec<ContactMode>, Vec<String>) {
+) -> (Vec<ContactMode>, Vec<LeftOut>) {
     let settled = Settled::of(scene);
-    let mut notes = settled.notes.clone();
-    let walls = wall_sets(&settled, &mut notes);
-    let fingers = finger_sets(&settled, walls.len(), &mut notes);
+    let mut left_out = settled.left_out.clone();
+    let walls = wall_sets(&settled, &mut left_out);
+    let fingers = finger_sets(&settled, walls.len(), &mut left_out);
     let always = settled.always();
     let mut modes = Vec::new();
     for wall in &walls {
@@ -69,7 +70,7 @@ fn modes_with(
             });
         }
     }
-    (modes, notes)
+    (modes, left_out)
 }
 
 /// The loops of a scene with schemes that are made for the gains of translation and of rotation, whatever the scene names.
@@ -83,31 +84,36 @@ pub(crate) fn compile_with_schemes(
 }
 
 /// No wall, and each one alone.
-fn wall_sets(settled: &Settled, notes: &mut Vec<String>) -> Vec<Option<usize>> {
+fn wall_sets(settled: &Settled, left_out: &mut Vec<LeftOut>) -> Vec<Option<usize>> {
     let switching = (0..settled.leans.len()).filter(|&lean| !settled.leans[lean].two_sided);
     let sets: Vec<_> = std::iter::once(None).chain(switching.map(Some)).collect();
     if sets.len() > 2 {
-        notes.push("Modes in which two walls are touched at once were not analysed.".to_owned());
+        left_out
+            .push(LeftOut::new("Two walls touched at once", "a body is taken to lie against one at a time"));
     }
     sets
 }
 
-fn finger_sets(settled: &Settled, walls: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+fn finger_sets(settled: &Settled, walls: usize, left_out: &mut Vec<LeftOut>) -> Vec<Vec<usize>> {
     let users: Vec<HostIndex> = settled.grips.iter().map(|grip| grip.user).collect();
-    sets_of_fingers(&users, MAX_MODES / walls, notes)
+    sets_of_fingers(&users, MAX_MODES / walls, left_out)
 }
 
 /// Every set of fingers, given whose each is; where these are too many, the ones nearest to none and to all.
-pub(crate) fn sets_of_fingers(users: &[HostIndex], most: usize, notes: &mut Vec<String>) -> Vec<Vec<usize>> {
+pub(crate) fn sets_of_fingers(
+    users: &[HostIndex],
+    most: usize,
+    left_out: &mut Vec<LeftOut>,
+) -> Vec<Vec<usize>> {
     let fingers = users.len();
     let all = u32::try_from(fingers).ok().and_then(|fingers| 1usize.checked_shl(fingers));
     if let Some(all) = all.filter(|&all| all <= most) {
         let members = |set: usize| (0..fingers).filter(|&finger| set >> finger & 1 == 1).collect();
         return (0..all).map(members).collect();
     }
-    notes.push(format!(
-        "{fingers} fingers have too many contact modes: analysed are none, each finger alone, each user alone, all but one \
-         finger, all but one user, and all."
+    left_out.push(LeftOut::new(
+        format!("Most sets of the {fingers} fingers"),
+        "they are too many: analysed are none, each finger alone, each user alone, all but one finger, all but one user, and all",
     ));
     let keep =
         |is_in: &dyn Fn(usize) -> bool| (0..fingers).filter(|&finger| is_in(finger)).collect::<Vec<_>>();

@@ -9,7 +9,7 @@ use crate::sweep::SweepError;
 /// Serialises to the document of `cotouch analyze margin`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Margins {
-    /// Of the scene as it is. Margins of an unstable scene are `None`, and its lists empty.
+    /// Whether each analysed mode of the scene as it is is stable. Margins of an unstable scene are `None`, and its lists empty.
     pub stable: bool,
     /// Of the scene as it is, as in [`Stability`](crate::Stability).
     pub spectral_radius: f64,
@@ -69,7 +69,7 @@ pub(super) type Found<T> = Result<T, String>;
 /// Whether a variant of a scene is stable; `None` where it is too large to be analysed.
 pub(super) fn is_stable(scene: &Scene) -> Result<Option<bool>, SweepError> {
     match analyze(scene) {
-        Ok(verdict) => Ok(Some(verdict.stable)),
+        Ok(verdict) => Ok(Some(verdict.each_mode_is_stable())),
         Err(error) if error.is_too_large() => Ok(None),
         Err(error) => Err(error.into()),
     }

@@ -9,6 +9,7 @@ use super::faces::{Place, corners_at_wall, has_surface, place};
 use super::point::{CornerContact, FingerContact, OperatingPoint};
 use super::statics::{Push, balance};
 use crate::contact::Gains;
+use crate::left_out::LeftOut;
 
 /// A finger that stands its ground touches a body when it starts nearer to it than this.
 const NEAR_M: f64 = 0.01;
@@ -47,8 +48,8 @@ pub(crate) struct Lean {
 pub(crate) struct Settled {
     pub(crate) grips: Vec<Grip>,
     pub(crate) leans: Vec<Lean>,
-    /// What was left out, in plain sentences.
-    pub(crate) notes: Vec<String>,
+    /// What can happen and was left out.
+    pub(crate) left_out: Vec<LeftOut>,
 }
 
 impl Settled {
@@ -58,6 +59,7 @@ impl Settled {
         let mut settled = Self::default();
         settled.add_grips(scene, &bodies, &poses);
         settled.add_leans(scene, &bodies, &poses);
+        settled.add_untouched(scene, &bodies);
         settled
     }
 
@@ -71,7 +73,7 @@ impl Settled {
         for host in scene.hosts() {
             for finger in 0..scene.users[host.index()].fingers.len() {
                 let from = Start { scene, bodies, poses, host, finger };
-                if let Some(grip) = from.grasp(&mut self.notes).or_else(|| from.push()) {
+                if let Some(grip) = from.grasp(&mut self.left_out).or_else(|| from.push()) {
                     self.grips.push(grip);
                 } else if let Some(grip) = from.stand() {
                     standing.push(grip);
@@ -82,6 +84,28 @@ impl Settled {
         standing.retain(|grip| self.grips.iter().any(|other| other.body == grip.body));
         self.grips.append(&mut standing);
         self.grips.sort_by_key(|grip| (grip.user, grip.finger));
+    }
+
+    /// Fingers that can be taken to a body by hand, and that no mode has there.
+    fn add_untouched(&mut self, scene: &SceneValues, bodies: &[Body]) {
+        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| has_surface(&body.shape)) {
+            let mut names = Vec::new();
+            for host in scene.hosts() {
+                let user = &scene.users[host.index()];
+                let touches = |finger: usize| {
+                    let of_finger = |grip: &&Grip| (grip.user, usize::from(grip.finger)) == (host, finger);
+                    self.grips.iter().filter(of_finger).any(|grip| grip.body == index)
+                };
+                let untouched = (0..user.fingers.len()).filter(|&finger| !touches(finger));
+                names.extend(untouched.map(|finger| format!("{}.finger{}", user.name, finger + 1)));
+            }
+            if !names.is_empty() {
+                self.left_out.push(LeftOut::new(
+                    format!("{} on {}", names.join(", "), body.name),
+                    "only fingers whose script presses there are",
+                ));
+            }
+        }
     }
 
     fn add_leans(&mut self, scene: &SceneValues, bodies: &[Body], poses: &[Pose]) {
@@ -97,9 +121,9 @@ impl Settled {
                         let two_sided = !has_surface(&body.shape) && scene.wall.sides == WallSides::Two;
                         self.leans.push(Lean { name, wall, body: index, corners, two_sided });
                     }
-                    None => self.notes.push(format!(
-                        "{} against the wall {} was not analysed: only balls, boxes and capsules are.",
-                        body.name, plane.name
+                    None => self.left_out.push(LeftOut::new(
+                        format!("{} against the wall {}", body.name, plane.name),
+                        "only balls, boxes and capsules are",
                     )),
                 }
             }
@@ -181,7 +205,7 @@ impl Start<'_> {
     }
 
     /// By a `grasp` in its script.
-    fn grasp(&self, notes: &mut Vec<String>) -> Option<Grip> {
+    fn grasp(&self, left_out: &mut Vec<LeftOut>) -> Option<Grip> {
         let grasps = self.script().iter().find_map(|action| match action {
             Action::Grasp { body, force_n, .. } => Some((body, *force_n)),
             _ => None,
@@ -190,10 +214,13 @@ impl Start<'_> {
         let body = self.bodies.iter().position(|body| body.name == *name)?;
         let grip = self.grip(body, Some(force_n));
         if grip.is_none() && has_surface(&self.bodies[body].shape) {
-            notes.push(format!(
-                "Finger {} of {} starts inside {name}: its grasp was not analysed.",
-                self.finger + 1,
-                self.scene.users[self.host.index()].name
+            left_out.push(LeftOut::new(
+                format!(
+                    "The grasp of {name} by finger {} of {}",
+                    self.finger + 1,
+                    self.scene.users[self.host.index()].name
+                ),
+                "the finger starts inside the body",
             ));
         }
         grip

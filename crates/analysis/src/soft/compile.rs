@@ -16,13 +16,14 @@ use super::prepared::{Bodies, Prepared};
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
 use crate::compile::{ContactMode, compile_at, delay, sets_of_fingers};
+use crate::left_out::LeftOut;
 use crate::loop_spec::LoopSpec;
 use crate::operating_point::OperatingPoint;
 
 /// With more contact modes than this, not every set of fingers is analysed.
 const MAX_SETS: usize = 16;
 
-/// Every contact mode, and what was left out, in plain sentences. Two-sided contacts are always closed; of one-sided ones,
+/// Every contact mode, and what was left out. Two-sided contacts are always closed; of one-sided ones,
 /// every set of fingers is.
 ///
 /// # Errors
@@ -30,19 +31,20 @@ const MAX_SETS: usize = 16;
 pub(crate) fn modes(
     scene: &Scene,
     bodies: &Bodies,
-) -> Result<(Vec<ContactMode>, Vec<String>), SoftAnalysisError> {
+) -> Result<(Vec<ContactMode>, Vec<LeftOut>), SoftAnalysisError> {
     let prepared = bodies.prepared(scene)?;
     let fingers = fingers(scene);
-    let mut notes = Vec::new();
+    let mut left_out = Vec::new();
     let users: Vec<HostIndex> = fingers.iter().map(|finger| finger.user).collect();
     let sets = match scene.local_model.sides {
         WallSides::Two => vec![(0..fingers.len()).collect()],
-        WallSides::One => sets_of_fingers(&users, MAX_SETS, &mut notes),
+        WallSides::One => sets_of_fingers(&users, MAX_SETS, &mut left_out),
     };
     if !prepared.converged {
-        notes.push(
-            "The soft body was reduced to fewer coordinates than its contacts can tell from all.".into(),
-        );
+        left_out.push(LeftOut::new(
+            "The soft body in all its coordinates",
+            "it was reduced to fewer than its contacts can tell from all",
+        ));
     }
     let mode = |set: Vec<usize>| -> Result<ContactMode, SoftAnalysisError> {
         let name = |&slot: &usize| {
@@ -60,7 +62,7 @@ pub(crate) fn modes(
             },
         })
     };
-    Ok((sets.into_par_iter().map(mode).collect::<Result<_, _>>()?, notes))
+    Ok((sets.into_par_iter().map(mode).collect::<Result<_, _>>()?, left_out))
 }
 
 /// The loop of a scene with every finger in contact, its body in all its coordinates: for comparison with the running

@@ -11,7 +11,7 @@ fn of(scene: &Scene) -> Margins {
 }
 
 fn is_stable(scene: &Scene) -> bool {
-    analyze(scene).unwrap().stable
+    analyze(scene).unwrap().each_mode_is_stable()
 }
 
 fn with(scene: &Scene, key: &str, value: f64) -> Scene {

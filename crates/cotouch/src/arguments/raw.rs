@@ -267,10 +267,15 @@ enum ProbeServe {
 
 #[derive(Debug, Subcommand)]
 enum Analyze {
-    /// Whether every contact mode of a scene is stable, and by how much
+    /// Whether a scene is stable, contact mode by contact mode, and by how much
     #[command(after_help = "\
 The spectral radius is the largest factor by which a disturbance grows in one period, rigid-body motion left out; below 1 \
 the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
+
+A scene is called stable only where all that its users can touch, by script, by a device or by a hand taken on the page, was \
+analysed and is stable, and where switching between contacts was searched; unstable as soon as one analysed contact mode is; \
+and not proven (null with --json) where something was left out, or where switching is unproven. left_out says what. Maps and \
+margins are about the analysed modes alone.
 
 With --sweep the answer is a map, with its boundary; LO may be above HI. --out map.svg writes it as a picture, map.csv as a \
 table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \

@@ -46,6 +46,9 @@ fn text(title: &str, stability: &Stability) -> String {
             "and {more} more contact modes, less critical than those above; --json has all of them"
         );
     }
+    if let Some(sentence) = prediction::worst(stability) {
+        let _ = writeln!(text, "{sentence}");
+    }
     for warning in &stability.warnings {
         let _ = writeln!(text, "note: {warning}");
     }

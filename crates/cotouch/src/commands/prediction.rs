@@ -1,7 +1,7 @@
 //! What the analysis says about a scene, in words.
 
-use cotouch_analysis::{Stability, Switching};
-use cotouch_runtime::Predicted;
+use cotouch_analysis::{ContactPlace, Stability, Switching};
+use cotouch_runtime::{Predicted, Unproven};
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 
@@ -21,7 +21,14 @@ pub(super) fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
 
 /// The part of it that a run is held to.
 pub(super) fn predicted(stability: &Stability) -> Predicted {
-    Predicted { stable: stability.stable, spectral_radius: stability.spectral_radius }
+    let Stability { stable, spectral_radius, .. } = *stability;
+    Predicted { stable, spectral_radius, open: open(stability) }
+}
+
+/// What the analysis leaves open.
+fn open(stability: &Stability) -> Option<Unproven> {
+    let why = if stability.left_out.is_empty() { Unproven::Switching } else { Unproven::Coverage };
+    stability.stable.is_none().then_some(why)
 }
 
 /// Who takes part, under which architecture, at which rates.
@@ -55,24 +62,67 @@ fn local_model(scene: &Scene) -> String {
 
 /// The verdict in one sentence.
 pub(super) fn verdict(stability: &Stability) -> String {
-    let word = if stability.stable { "stable" } else { "unstable" };
     let radius = format!(
         "spectral radius {} per {}",
         radius(stability.spectral_radius),
         milliseconds(stability.period_s)
     );
-    let modes = match stability.switching {
-        Switching::None => String::new(),
-        Switching::Unproven => {
-            let unstable = stability.modes.iter().filter(|mode| !mode.stable).count();
-            let all = stability.modes.len();
-            match unstable {
-                0 => format!("; each of {all} contact modes is stable, switching between them is unproven"),
-                some => format!("; {some} of {all} contact modes unstable"),
-            }
-        }
+    format!("{} ({radius}{}{})", word(stability.stable), modes(stability), coverage(stability))
+}
+
+/// What a verdict is called.
+pub(crate) const fn word(stable: Option<bool>) -> &'static str {
+    match stable {
+        Some(true) => "stable",
+        Some(false) => "unstable",
+        None => "not proven",
+    }
+}
+
+/// Which mode is worst, where, and which gain moves it most.
+pub(super) fn worst(stability: &Stability) -> Option<String> {
+    let worst = stability.worst.as_ref().filter(|_| stability.modes.len() > 1)?;
+    let contacts = match &worst.contacts[..] {
+        [] => "no contact".to_owned(),
+        contacts => contacts.join(" + "),
     };
-    format!("{word} ({radius}{modes})")
+    let at = |ContactPlace { contact, body, at_m: [x, y, z] }: &ContactPlace| {
+        let [x, y, z] = [x, y, z].map(|metres| metres * 1e3);
+        format!("{contact} at ({x:.1}, {y:.1}, {z:.1}) mm of {body}")
+    };
+    let place = worst.place.iter().flatten().map(at).collect::<Vec<_>>().join(", ");
+    let place = if place.is_empty() { place } else { format!(", with {place}") };
+    let gain = worst.gain.as_ref().map_or_else(String::new, |gain| {
+        let way = if gain.slope > 0.0 { "lower" } else { "raise" };
+        format!(": {way} {} to make it settle sooner, which moves it most", gain.key)
+    });
+    Some(format!("The worst is {contacts}{place}{gain}."))
+}
+
+fn modes(stability: &Stability) -> String {
+    let unstable = stability.modes.iter().filter(|mode| !mode.stable).count();
+    match (stability.modes.len(), unstable, stability.switching) {
+        (1, ..) => String::new(),
+        (all, 0, Switching::None) => format!("; each of {all} contact modes is stable"),
+        (all, 0, Switching::Searched) => {
+            let distance = stability.switching_distance;
+            let distance =
+                distance.map_or_else(String::new, |factor| format!(" up to {factor:.3} times the gains"));
+            format!("; each of {all} contact modes is stable{distance}, nothing was found between them")
+        }
+        (all, 0, Switching::Unproven) => {
+            format!("; each of {all} contact modes is stable, switching between them is unproven")
+        }
+        (all, some, _) => format!("; {some} of {all} contact modes unstable"),
+    }
+}
+
+/// That something was left out, where this is what keeps the scene from being called stable.
+fn coverage(stability: &Stability) -> &'static str {
+    match open(stability) {
+        Some(Unproven::Coverage) => "; not all that can happen was analysed",
+        Some(Unproven::Switching) | None => "",
+    }
 }
 
 /// As near to 1 as rounding lets the analysis see.

@@ -2,7 +2,9 @@
 
 use std::fmt::Write as _;
 
-use cotouch_runtime::{DivergedSummary, HapticSummary, Percentiles, ShakingSummary, SoftSummary, Summary};
+use cotouch_runtime::{
+    DivergedSummary, HapticSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
+};
 
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
@@ -73,8 +75,11 @@ pub(super) fn text(summary: &Summary) -> String {
 pub(super) fn verdict(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
     let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
-    match summary.predicted.map(|predicted| predicted.stable) {
-        None => format!("{word}{what}; nothing was predicted"),
+    let Some(Predicted { stable, open, .. }) = summary.predicted else {
+        return format!("{word}{what}; nothing was predicted");
+    };
+    match stable {
+        None => format!("{word}{what}; no prediction: {}", open.unwrap_or(Unproven::Coverage).in_words()),
         Some(true) if summary.stable => "quiet: stable, as predicted".to_owned(),
         Some(false) if summary.stable => format!(
             "{word}, although the prediction was unstable: what would grow was not set off in this run, or had too little time"
@@ -122,7 +127,7 @@ fn what_else(summary: &Summary) -> String {
 /// The same for the top of a picture, where there is room for a line.
 pub(super) fn headline(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
-    let predicted = match summary.predicted.map(|predicted| predicted.stable) {
+    let predicted = match summary.predicted.and_then(|predicted| predicted.stable) {
         None => "",
         Some(stable) if stable == summary.stable => ", as predicted",
         Some(true) => ", but predicted stable",
@@ -160,12 +165,12 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::{Divergence, Predicted, RunVerdict};
+    use cotouch_runtime::{Divergence, RunVerdict};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
         let mut summary = Summary::new(&scene);
-        summary.predicted = Some(Predicted { stable: true, spectral_radius: 0.97 });
+        summary.predicted = Some(Predicted { stable: Some(true), spectral_radius: 0.97, open: None });
         summary.duration_s = 10.0;
         summary.haptic.hosts = 2;
         (summary.haptic.due, summary.haptic.ticks, summary.haptic.missed) = (20_480, 20_479, 1);
@@ -210,7 +215,7 @@ mod tests {
         );
         summary.haptic.missed = 7;
         assert!(verdict(&summary).contains("the computer was late: 7 of 20480 ticks were left out"));
-        summary.predicted = Some(Predicted { stable: false, spectral_radius: 1.2 });
+        summary.predicted = Some(Predicted { stable: Some(false), spectral_radius: 1.2, open: None });
         assert!(verdict(&summary).starts_with("shaking, as predicted: ben's finger 2"));
         summary.verdict = RunVerdict::Diverging;
         summary.diverged = Some(DivergedSummary {
@@ -228,5 +233,14 @@ mod tests {
         summary.predicted = None;
         (summary.diverged, summary.shaking) = (None, Vec::new());
         assert_eq!(verdict(&summary), "quiet; nothing was predicted");
+        for (open, said) in
+            [(Unproven::Switching, "switching between them"), (Unproven::Coverage, "not all that can happen")]
+        {
+            summary.predicted = Some(Predicted { stable: None, spectral_radius: 0.97, open: Some(open) });
+            let verdict = verdict(&summary);
+            assert!(verdict.starts_with("quiet; no prediction: each") && verdict.contains(said), "{verdict}");
+            assert_eq!(headline(&summary), "single-axis: quiet");
+            assert_eq!(summary.disagrees(), None);
+        }
     }
 }

@@ -71,10 +71,10 @@ impl Run {
 
     /// Whether prediction and run say the same, and what.
     pub(super) fn verdict_in_words(&self) -> String {
-        let word = |stable| if stable { "stable" } else { "unstable" };
+        let word = |stable| if stable { "each mode stable" } else { "unstable" };
         format!(
             "predicted {} (spectral radius {:.4}), run {}",
-            word(self.predicted.stable),
+            word(self.predicted.each_mode_is_stable()),
             self.predicted.spectral_radius,
             self.summary.verdict.in_words()
         )

@@ -153,7 +153,8 @@ export interface SettingsMessage {
 export interface VerdictMessage {
   type: "verdict";
   id: number;
-  stable: boolean;
+  /** Null where each analysed mode is stable and not all that can happen is proven to be. */
+  stable: boolean | null;
   /** Without rigid-body poles, per pattern of ticks. */
   spectral_radius: number;
   period_s: number;

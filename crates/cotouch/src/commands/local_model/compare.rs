@@ -129,7 +129,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 /// stable keeps the softest.
 fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
     for _ in 0..MAX_HALVINGS {
-        if analyze(&scene)?.stable {
+        if analyze(&scene)?.each_mode_is_stable() {
             break;
         }
         let LocalModel { stiffness_ratio, integral_ratio, .. } = scene.local_model;

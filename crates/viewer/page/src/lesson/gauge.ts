@@ -32,8 +32,8 @@ export class Gauge {
       this.#number, make("span", { class: "small muted" }, "spectral radius"));
   }
 
-  show(radius: number, stable: boolean): void {
-    this.element.dataset["verdict"] = stable ? "stable" : "unstable";
+  show(radius: number, stable: boolean | null): void {
+    this.element.dataset["verdict"] = stable === null ? "open" : stable ? "stable" : "unstable";
     say(this.#number, radiusText(radius));
     this.#needle.style.transform = `rotate(${needleAngle(radius).toFixed(2)}deg)`;
   }

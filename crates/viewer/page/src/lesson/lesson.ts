@@ -282,8 +282,8 @@ class Lesson {
   #showAgreement(): void {
     const running = this.#store.settings?.settings ?? {};
     const same = Object.entries(this.#wanted).every(([key, value]) => running[key] === value);
-    const predicted = this.#verdict?.stable ?? null;
-    const agrees = predicted !== null && same && this.#running.seen === (predicted ? "settled" : "shaking");
+    const predicted = this.#verdict?.stable;
+    const agrees = typeof predicted === "boolean" && same && this.#running.seen === (predicted ? "settled" : "shaking");
     this.#agreement.dataset["agrees"] = String(agrees);
     say(this.#agreement, agreement(predicted, this.#running.seen, same));
   }

@@ -22,17 +22,26 @@ export const OBSERVED: Record<Observed, string> = {
   over: "Over",
 };
 
-/** Whether prediction and session agree. `same` is whether the prediction is for the settings that run. */
-export function agreement(predicted: boolean | null, seen: Observed, same: boolean): string {
-  if (predicted === null) return "Waiting for the prediction.";
-  const word = predicted ? "stable" : "unstable";
+/**
+ * Whether prediction and session agree; `predicted` is undefined while it is waited for, and null where it is left open.
+ * `same` is whether the prediction is for the settings that run.
+ */
+export function agreement(predicted: boolean | null | undefined, seen: Observed, same: boolean): string {
+  if (predicted === undefined) return "Waiting for the prediction.";
+  const word = verdictWord(predicted);
   if (!same) return `What if: predicted ${word}. The session runs with other settings.`;
   if (seen === "over") return `Predicted ${word}; the session is over.`;
   if (seen === "unknown") return `Predicted ${word}; the session has only begun.`;
+  if (predicted === null) return `Not proven: each analysed contact is stable. The session is ${OBSERVED[seen].toLowerCase()}.`;
   if (predicted) return seen === "quiet" ? "Predicted stable – and it is." : "Predicted stable – still settling.";
   if (seen === "lost") return "Predicted unstable – and it left all bounds.";
   if (seen === "diverging") return "Predicted unstable – and it diverges.";
   return seen === "shaking" ? "Predicted unstable – and it shakes." : "Predicted unstable – it has not shaken yet.";
+}
+
+/** What a verdict is called. */
+export function verdictWord(stable: boolean | null): string {
+  return stable === null ? "not proven" : stable ? "stable" : "unstable";
 }
 
 /** How fast an oscillation at the radius grows or fades. */

@@ -3,6 +3,7 @@ import "./header.css";
 import { make, say } from "../dom.ts";
 import type { Picture } from "../picture.ts";
 import type { About } from "../protocol.ts";
+import { verdictWord } from "../lesson/words.ts";
 import type { Store } from "../store.ts";
 import { createTheme } from "../theme.ts";
 
@@ -35,7 +36,9 @@ export function createHeader(element: HTMLElement, store: Store): void {
     }
     connection.show("good", replay ? "Replay" : "Live");
   });
-  store.on("verdict", ({ stable }) => predicted.show(stable ? "good" : "bad", stable ? "stable" : "unstable"));
+  store.on("verdict", ({ stable }) => {
+    predicted.show(stable === null ? "unknown" : stable ? "good" : "bad", verdictWord(stable));
+  });
   store.on("picture", (picture) => observed.show(...observe(picture)));
   store.on("trouble", (trouble) => {
     connection.show(trouble ? "bad" : "good", trouble ? "Not connected" : "Live");

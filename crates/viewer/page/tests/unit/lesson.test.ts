@@ -113,7 +113,9 @@ test("prediction and session agree, or not yet, in words", () => {
   assert.match(agreement(true, "shaking", true), /still settling/);
   assert.match(agreement(false, "quiet", true), /not shaken yet/);
   assert.match(agreement(false, "quiet", false), /^What if/);
-  assert.match(agreement(null, "quiet", true), /Waiting/);
+  assert.match(agreement(undefined, "quiet", true), /Waiting/);
+  assert.equal(agreement(null, "quiet", true), "Not proven: each analysed contact is stable. The session is quiet.");
+  assert.match(agreement(null, "shaking", false), /predicted not proven/);
 });
 
 test("what the session does is read from its pictures", () => {
