@@ -162,7 +162,11 @@ fn masses(body: &Body) -> (Vec<f64>, usize) {
 
 /// Orthonormal vectors of the space that belongs to an eigenvalue which is there `count` times, by inverse iteration next to
 /// it.
-pub(crate) fn eigenvectors(matrix: &DMatrix<f64>, eigenvalue: Complex<f64>, count: usize) -> Option<Mat<c64>> {
+pub(crate) fn eigenvectors(
+    matrix: &DMatrix<f64>,
+    eigenvalue: Complex<f64>,
+    count: usize,
+) -> Option<Mat<c64>> {
     const BESIDE: f64 = 1e-9;
     let size = matrix.nrows();
     let shift = eigenvalue * (1.0 + BESIDE) + BESIDE * BESIDE;

@@ -99,7 +99,8 @@ pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
 pub use stability::analyze;
 pub use sweep::{Grid, Sweep, SweepError};
+pub use switching::{MAX_DISTANCE, MIN_DISTANCE};
 pub use verdict::{
-    AnalysisError, ContactPlace, LoopStability, ModeStability, PointVerdict, Stability, Switching, Worst,
-    WorstGain,
+    AnalysisError, ContactPlace, HandPolicy, LoopStability, ModeStability, PointVerdict, Stability,
+    Switching, UnsettledMotion, Worst, WorstGain,
 };

@@ -3,12 +3,13 @@
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
-use crate::compile::ContactMode;
+use crate::compile::{ContactMode, compile};
 use crate::coverage;
 use crate::left_out::LeftOut;
-use crate::modes::contact_modes;
+use crate::modes::{contact_modes, contact_points};
 use crate::poles::analyze_loop;
 use crate::soft::Bodies;
+use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
@@ -23,9 +24,9 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
-    let Switched { switching, distance, found } = switched(&modes);
-    left_out.extend(found);
-    let warnings = warnings(scene, &modes, &verdicts, &left_out);
+    let switched = switched(scene, &modes)?;
+    let warnings = warnings(scene, &modes, &verdicts, &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
     let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
     let period_s = spec.pattern_s();
     let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
@@ -44,6 +45,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         period_s,
         switching,
         switching_distance: distance,
+        switching_found: found,
         worst: worst(&modes),
         left_out,
         warnings,
@@ -52,18 +54,12 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 }
 
 /// What is known about switching between modes.
-struct Switched {
-    switching: Switching,
-    /// As in [`Stability::switching_distance`].
-    distance: Option<f64>,
-    /// What an adversary found: a sequence of contacts under which the session does not settle.
-    found: Option<LeftOut>,
-}
-
-/// Modes are analysed one by one; between several of them nothing is known.
-fn switched(modes: &[ContactMode]) -> Switched {
-    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
-    Switched { switching, distance: None, found: None }
+fn switched(scene: &Scene, modes: &[ContactMode]) -> Result<Switched, AnalysisError> {
+    if scene.soft.exists() {
+        let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
+        return Ok(Switched::unsearched(switching));
+    }
+    switching::search(scene, &compile, &contact_points(scene), &|| true)
 }
 
 /// As in [`Stability::stable`].

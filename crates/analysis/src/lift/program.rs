@@ -189,7 +189,8 @@ impl Program {
     pub(crate) fn work(&self) -> usize {
         let terms = |sum: &Sum| sum.current.len() + sum.held.len() + 2 * sum.moving.len();
         let sums = self.forces.iter().chain(&self.observed).map(terms).sum::<usize>();
-        let steps = self.bodies.iter().map(|body| self.steps[body.step].a.len() + self.steps[body.step].b.len());
+        let steps =
+            self.bodies.iter().map(|body| self.steps[body.step].a.len() + self.steps[body.step].b.len());
         sums + steps.sum::<usize>()
     }
 

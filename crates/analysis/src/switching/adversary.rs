@@ -12,10 +12,10 @@ use super::ensemble::Ensemble;
 use super::fast_force::Strength;
 use super::hands::{Known, Plan};
 use super::random::Random;
-use super::told::{Found, Policy};
 use super::worst_mode::WorstMotion;
 use crate::compile::OneSidedLoop;
 use crate::loop_spec::BodyId;
+use crate::verdict::{HandPolicy, UnsettledMotion};
 
 /// Trajectories that are stepped together.
 const COLUMNS: usize = 32;
@@ -36,7 +36,7 @@ const BOUNDLESS_N: f64 = 1e3;
 /// Pushes that pump, N.
 const PUMP_N: f64 = 1.0;
 /// Multiplications and additions that are spent, and the fewest and the most ensembles.
-const WORK: f64 = 3e9;
+const WORK: f64 = 1.5e9;
 const ENSEMBLES: std::ops::RangeInclusive<usize> = 2..=12;
 /// How long trajectories mostly take, s.
 const TYPICAL_S: f64 = 7.0;
@@ -47,7 +47,8 @@ pub(super) struct Adversary<'a> {
     pub(super) session: &'a OneSidedLoop,
     /// Not empty.
     pub(super) arrangements: &'a [Arrangement],
-    pub(super) worst: &'a [WorstMotion],
+    /// Motions that it tries to feed.
+    pub(super) fed: &'a [WorstMotion],
 }
 
 /// Trajectories of one ensemble that do not settle, strongest first.
@@ -58,7 +59,7 @@ struct Moving {
 
 #[derive(Clone, Copy)]
 struct Trajectory {
-    policy: Policy,
+    policy: HandPolicy,
     hand: usize,
     /// None where it grows out of all bounds.
     rms_n: Option<f64>,
@@ -67,7 +68,7 @@ struct Trajectory {
 
 impl Adversary<'_> {
     /// The trajectory that keeps moving most, if any does; nothing at all where `wanted` says so.
-    pub(super) fn search(&self, wanted: &(dyn Fn() -> bool + Sync)) -> Option<Option<Found>> {
+    pub(super) fn search(&self, wanted: &(dyn Fn() -> bool + Sync)) -> Option<Option<UnsettledMotion>> {
         let count = self.ensembles();
         let run = |index: usize| self.run(index, wanted);
         let moving: Vec<Moving> = (0..count).into_par_iter().map(run).collect::<Option<_>>()?;
@@ -83,14 +84,15 @@ impl Adversary<'_> {
         ((WORK / (work * ticks * COLUMNS as f64)) as usize).clamp(least, most.max(least))
     }
 
-    fn found(&self, moving: &[Moving], tried: usize) -> Option<Found> {
+    fn found(&self, moving: &[Moving], tried: usize) -> Option<UnsettledMotion> {
         let each = moving.iter().flat_map(|of| of.trajectories.iter().map(move |one| (of.arrangement, one)));
         let count = each.clone().count();
         // The first of equals.
-        let (arrangement, strongest) = each.rev().max_by(|one, other| one.1.strength().total_cmp(&other.1.strength()))?;
+        let (arrangement, strongest) =
+            each.rev().max_by(|one, other| one.1.strength().total_cmp(&other.1.strength()))?;
         let hands = self.scene.users.iter().flat_map(|user| (0..user.fingers.len()).map(move |f| (user, f)));
         let (user, finger) = hands.clone().nth(strongest.hand)?;
-        Some(Found {
+        Some(UnsettledMotion {
             user: user.name.clone(),
             finger: finger + 1,
             contacts: self.arrangements[arrangement].names.clone(),
@@ -108,9 +110,8 @@ impl Adversary<'_> {
         let arrangement = &self.arrangements[place];
         let mut random = Random::new(index as u64);
         let known = self.known(arrangement);
-        let plans: Vec<Plan> = (0..COLUMNS)
-            .map(|column| Plan::new(policy(column, known.axes), &known, &mut random))
-            .collect();
+        let plans: Vec<Plan> =
+            (0..COLUMNS).map(|column| Plan::new(policy(column, known.axes), &known, &mut random)).collect();
         let mut ensemble = Ensemble::new(self.session, &arrangement.contacts, COLUMNS);
         self.start(&mut ensemble, arrangement, &plans, &mut random);
         let pump = self.pump(&ensemble, index);
@@ -122,7 +123,7 @@ impl Adversary<'_> {
     fn known(&self, arrangement: &Arrangement) -> Known {
         let pattern_hz = self.session.spec.pattern_s().recip();
         let alike = |hz: f64| [hz, (pattern_hz - hz).abs(), pattern_hz + hz];
-        let swinging = self.worst.iter().map(|motion| motion.hz).filter(|&hz| hz > 0.0);
+        let swinging = self.fed.iter().map(|motion| motion.hz).filter(|&hz| hz > 0.0);
         Known {
             normals: arrangement.normals.clone(),
             axes: self.session.hands.iter().flatten().next().map_or(0, |&hand| self.axes(hand)),
@@ -147,7 +148,10 @@ impl Adversary<'_> {
         for &body in self.session.copies.iter().flatten().flatten() {
             let axes = self.session.spec.bodies[body.0].axes;
             let turns = axes.iter().filter(|axis| axis.turns()).count();
-            motions.insert(body, plans.iter().map(|plan| plan.copy(axes.len() - turns, turns, random)).collect());
+            motions.insert(
+                body,
+                plans.iter().map(|plan| plan.copy(axes.len() - turns, turns, random)).collect(),
+            );
         }
         ensemble.start(|body, number, column| motions[&body][column][number]);
         if arrangement.weighs {
@@ -165,7 +169,9 @@ impl Adversary<'_> {
     fn weigh_down(&self, ensemble: &mut Ensemble) {
         let bodies = self.scene.world_bodies();
         for copies in &self.session.copies {
-            for (body, &copy) in bodies.iter().zip(copies).filter_map(|(body, copy)| Some((body, copy.as_ref()?))) {
+            for (body, &copy) in
+                bodies.iter().zip(copies).filter_map(|(body, copy)| Some((body, copy.as_ref()?)))
+            {
                 for (component, axis) in self.session.spec.bodies[copy.0].axes.iter().enumerate() {
                     if !axis.turns() {
                         let weight_n = body.mass_kg * self.scene.gravity_m_per_s2[axis.axis().index()];
@@ -178,9 +184,9 @@ impl Adversary<'_> {
 
     /// The weights of the worst motion that this ensemble pumps, by the places of its state.
     fn pump(&self, ensemble: &Ensemble, index: usize) -> Vec<Complex<f64>> {
-        let known: BTreeMap<Coordinate, Complex<f64>> = match self.worst.len() {
+        let known: BTreeMap<Coordinate, Complex<f64>> = match self.fed.len() {
             0 => BTreeMap::new(),
-            count => self.worst[index % count].weights.iter().copied().collect(),
+            count => self.fed[index % count].weights.iter().copied().collect(),
         };
         let weight = |name: &Coordinate| known.get(name).copied().unwrap_or_default();
         ensemble.layout.coordinates.iter().map(weight).collect()
@@ -201,7 +207,7 @@ impl Adversary<'_> {
             ensemble.project(&re, &mut along);
             ensemble.project(&im, &mut across);
             push(ensemble, plans, |hand, axis, column| {
-                if plans[column].policy != Policy::Pump {
+                if plans[column].policy != HandPolicy::Pump {
                     return 0.0;
                 }
                 // d|y|² = 2·Re(ȳ·wᵀ·B·u), and forces act on velocities.
@@ -290,9 +296,8 @@ fn stays(blocks: &[Strength]) -> Option<(Option<f64>, f64)> {
         return Some((None, last.hz));
     }
     let before = blocks.len().checked_sub(2 * LAST_BLOCKS)?;
-    let mean = |blocks: &[Strength]| {
-        blocks.iter().map(|block| block.mean_square).sum::<f64>() / blocks.len() as f64
-    };
+    let mean =
+        |blocks: &[Strength]| blocks.iter().map(|block| block.mean_square).sum::<f64>() / blocks.len() as f64;
     let (before, after) = blocks[before..].split_at(LAST_BLOCKS);
     let shakes = after.iter().all(|block| block.mean_square > LEAST_RMS_N * LEAST_RMS_N);
     let stays = mean(after) >= DYING * DYING * mean(before);
@@ -312,12 +317,12 @@ fn push(ensemble: &mut Ensemble, plans: &[Plan], more: impl Fn(usize, usize, usi
 }
 
 /// Half of all are throws; nothing slides on a line.
-fn policy(column: usize, axes: usize) -> Policy {
+fn policy(column: usize, axes: usize) -> HandPolicy {
     match column % 8 {
-        0..=2 => Policy::Throw,
-        3 | 4 => Policy::Rhythm,
-        5 | 6 => Policy::Pump,
-        _ if axes > 1 => Policy::Slide,
-        _ => Policy::Throw,
+        0..=2 => HandPolicy::Throw,
+        3 | 4 => HandPolicy::Rhythm,
+        5 | 6 => HandPolicy::Pump,
+        _ if axes > 1 => HandPolicy::Slide,
+        _ => HandPolicy::Throw,
     }
 }

@@ -27,14 +27,16 @@ pub(super) fn arrangements(scene: &SceneValues, candidates: &OperatingPoint) -> 
     let walls = walls(candidates);
     let of_walls = if walls.is_empty() { 1 } else { walls.len() + 1 };
     let count = fingers.iter().map(Vec::len).max().unwrap_or(0).max(of_walls);
-    (0..count.min(MAX_ARRANGEMENTS)).map(|index| arrangement(scene, candidates, &fingers, &walls, index)).collect()
+    (0..count.min(MAX_ARRANGEMENTS))
+        .map(|index| arrangement(scene, candidates, &fingers, &walls, index))
+        .collect()
 }
 
 /// Every finger of every user.
 fn fingers(scene: &SceneValues) -> impl Iterator<Item = (HostIndex, u8)> + '_ {
-    scene.hosts().flat_map(|host| {
-        (0..scene.users[host.index()].fingers.len()).map(move |finger| (host, finger as u8))
-    })
+    scene
+        .hosts()
+        .flat_map(|host| (0..scene.users[host.index()].fingers.len()).map(move |finger| (host, finger as u8)))
 }
 
 /// The bodies that a finger can touch.
@@ -69,9 +71,10 @@ fn arrangement(
         let meets = candidates.fingers.iter().enumerate();
         let meets = meets.filter(|(_, at)| (at.user, at.finger, Some(at.body)) == (user, finger, body));
         let (places, at): (Vec<usize>, Vec<&FingerContact>) = meets.unzip();
-        normals.push(at.first().map(|at| {
-            candidates.poses[at.host.index()][usize::from(at.body)].orientation * at.normal
-        }));
+        normals.push(
+            at.first()
+                .map(|at| candidates.poses[at.host.index()][usize::from(at.body)].orientation * at.normal),
+        );
         if !places.is_empty() {
             names.push(format!("{}.finger{}", scene.users[user.index()].name, finger + 1));
         }

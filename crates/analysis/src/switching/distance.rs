@@ -19,104 +19,122 @@ const WORST: usize = 8;
 /// The loops of a scene's contact modes: the same modes in the same order, whatever the gains are.
 pub(super) type Modes<'a> = &'a (dyn Fn(&SceneValues) -> Vec<ContactMode> + Sync);
 
+/// What a common factor is on: of contacts, for the couplings of copies never switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Scaled {
+    Springs,
+    SpringsAndDampers,
+}
+
 /// The largest common factor on the springs of all contacts, at most [`MAX_DISTANCE`], up to which every contact mode stays
-/// stable, to 1e-3 of it.
+/// stable, to 1e-3 of it; or on springs and dampers together, if that is smaller. `here` has the spectral radii of the scene as
+/// it is, where all modes are stable.
 ///
 /// # Errors
 /// When a loop cannot be analysed.
-pub(super) fn distance(scene: &SceneValues, modes: Modes) -> Result<f64, AnalysisError> {
-    let far = Verdicts::of_all(scene, MAX_DISTANCE, modes)?;
-    let mut watched = Verdicts::of_all(scene, 1.0, modes)?.worst(WORST);
-    watched.extend(far.worst(WORST));
-    let mut upper = MAX_DISTANCE;
-    loop {
-        watched.sort_unstable();
-        watched.dedup();
-        upper = first_crossing(scene, upper, modes, &watched)?;
+pub(super) fn distance(scene: &SceneValues, here: &[f64], modes: Modes) -> Result<f64, AnalysisError> {
+    let springs = Line { scene, scaled: Scaled::Springs, modes };
+    let all = Line { scene, scaled: Scaled::SpringsAndDampers, modes };
+    let here: Vec<_> = here.iter().copied().enumerate().collect();
+    let factor = springs.first_crossing(MAX_DISTANCE, &here)?;
+    all.first_crossing(factor, &here)
+}
+
+/// Scenes with contacts that are stiffer by a common factor.
+struct Line<'a> {
+    scene: &'a SceneValues,
+    scaled: Scaled,
+    modes: Modes<'a>,
+}
+
+impl Line<'_> {
+    /// The largest factor, at most `upper`, up to which all modes are stable, given their spectral radii without a factor.
+    fn first_crossing(&self, upper: f64, here: &[(usize, f64)]) -> Result<f64, AnalysisError> {
+        let mut watched = worst(here);
+        let mut upper = upper;
+        let mut at_upper = self.verdicts(upper, None)?;
+        let radii: Vec<_> =
+            at_upper.iter().map(|&(place, verdict)| (place, verdict.spectral_radius)).collect();
+        watched.extend(worst(&radii));
         // What was not watched may turn first.
-        let missed = Verdicts::of_all(scene, upper, modes)?.unstable();
-        if missed.iter().all(|mode| watched.contains(mode)) {
-            return Ok(upper);
+        while at_upper.iter().any(|(_, verdict)| !verdict.stable) {
+            watched.extend(at_upper.iter().filter(|(_, verdict)| !verdict.stable).map(|&(place, _)| place));
+            watched.sort_unstable();
+            watched.dedup();
+            upper = self.first_crossing_of(upper, &watched)?;
+            at_upper = self.verdicts(upper, None)?;
         }
-        watched.extend(missed);
+        Ok(upper)
     }
-}
 
-/// The largest factor up to which these modes are stable: on the stable side, at most `upper`.
-fn first_crossing(
-    scene: &SceneValues,
-    upper: f64,
-    modes: Modes,
-    watched: &[usize],
-) -> Result<f64, AnalysisError> {
-    let is_stable = |factor| -> Result<bool, AnalysisError> {
-        Ok(Verdicts::of_some(scene, factor, modes, watched)?.unstable().is_empty())
-    };
-    let (mut stable, mut unstable) = (1.0, None);
-    for look in 1..=LOOKS {
-        let factor = upper.powf(f64::from(look) / f64::from(LOOKS));
-        if !is_stable(factor)? {
-            unstable = Some(factor);
-            break;
+    /// Of some modes: on the stable side.
+    fn first_crossing_of(&self, upper: f64, watched: &[usize]) -> Result<f64, AnalysisError> {
+        let is_stable = |factor| -> Result<bool, AnalysisError> {
+            Ok(self.verdicts(factor, Some(watched))?.iter().all(|(_, verdict)| verdict.stable))
+        };
+        let (mut stable, mut unstable) = (1.0, upper);
+        for look in 1..LOOKS {
+            let factor = upper.powf(f64::from(look) / f64::from(LOOKS));
+            if !is_stable(factor)? {
+                unstable = factor;
+                break;
+            }
+            stable = factor;
         }
-        stable = factor;
-    }
-    let Some(mut unstable) = unstable else { return Ok(upper) };
-    while unstable > stable * (1.0 + ACCURACY) {
-        let middle = (stable * unstable).sqrt();
-        if is_stable(middle)? {
-            stable = middle;
-        } else {
-            unstable = middle;
+        while unstable > stable * (1.0 + ACCURACY) {
+            let middle = (stable * unstable).sqrt();
+            if is_stable(middle)? {
+                stable = middle;
+            } else {
+                unstable = middle;
+            }
         }
-    }
-    Ok(stable)
-}
-
-/// Of modes, by their places.
-struct Verdicts(Vec<(usize, PointVerdict)>);
-
-impl Verdicts {
-    fn of_all(scene: &SceneValues, factor: f64, modes: Modes) -> Result<Self, AnalysisError> {
-        Self::of(modes(&with_springs(scene, factor)), |_| true)
+        Ok(stable)
     }
 
-    fn of_some(scene: &SceneValues, factor: f64, modes: Modes, some: &[usize]) -> Result<Self, AnalysisError> {
-        Self::of(modes(&with_springs(scene, factor)), |place| some.contains(&place))
-    }
-
-    fn of(modes: Vec<ContactMode>, is_wanted: impl Fn(usize) -> bool) -> Result<Self, AnalysisError> {
-        let wanted: Vec<_> = modes.into_iter().enumerate().filter(|&(place, _)| is_wanted(place)).collect();
-        let verdict = |(place, mode): &(usize, ContactMode)| -> Result<_, AnalysisError> {
+    /// Of all modes, or of some, with their places.
+    fn verdicts(
+        &self,
+        factor: f64,
+        some: Option<&[usize]>,
+    ) -> Result<Vec<(usize, PointVerdict)>, AnalysisError> {
+        let modes = (self.modes)(&stiffer(self.scene, self.scaled, factor)).into_iter().enumerate();
+        let wanted: Vec<_> =
+            modes.filter(|(place, _)| some.is_none_or(|some| some.contains(place))).collect();
+        let verdict = |(place, mode): &(usize, ContactMode)| {
             let found = judge(&mode.spec, false)?;
             Ok((*place, PointVerdict { spectral_radius: found.spectral_radius, stable: found.stable }))
         };
-        Ok(Self(wanted.par_iter().map(verdict).collect::<Result<_, _>>()?))
-    }
-
-    fn unstable(&self) -> Vec<usize> {
-        self.0.iter().filter(|(_, verdict)| !verdict.stable).map(|&(place, _)| place).collect()
-    }
-
-    /// So many, those with the largest spectral radius.
-    fn worst(mut self, count: usize) -> Vec<usize> {
-        self.0.sort_by(|(_, one), (_, other)| other.spectral_radius.total_cmp(&one.spectral_radius));
-        self.0.into_iter().take(count).map(|(place, _)| place).collect()
+        wanted.par_iter().map(verdict).collect()
     }
 }
 
-/// The scene with the springs of all contacts times a factor; dampers, and the couplings of copies, stay.
-pub(super) fn with_springs(scene: &SceneValues, factor: f64) -> SceneValues {
-    let mut scaled = scene.clone();
-    let of = |spring: &mut SpringDamper| spring.stiffness_n_per_m *= factor;
-    let coupling = &mut scaled.coupling;
+/// The places of those with the largest spectral radius.
+fn worst(radii: &[(usize, f64)]) -> Vec<usize> {
+    let mut radii = radii.to_vec();
+    radii.sort_by(|(_, one), (_, other)| other.total_cmp(one));
+    radii.into_iter().take(WORST).map(|(place, _)| place).collect()
+}
+
+/// The scene with the gains of all contacts times a factor; the couplings of copies stay.
+pub(super) fn stiffer(scene: &SceneValues, scaled: Scaled, factor: f64) -> SceneValues {
+    let mut stiffer = scene.clone();
+    let damper = if scaled == Scaled::Springs { 1.0 } else { factor };
+    let of = |spring: &mut SpringDamper| {
+        spring.stiffness_n_per_m *= factor;
+        spring.damping_n_s_per_m *= damper;
+    };
+    let coupling = &mut stiffer.coupling;
     of(&mut coupling.hand_object);
     of(&mut coupling.hand_object_tangential);
     of(&mut coupling.remote_hand_object);
     of(&mut coupling.remote_hand_object_tangential);
-    of(&mut scaled.contact.body_body);
-    of(&mut scaled.contact.body_body_tangential);
-    scaled.wall.stiffness_n_per_m *= factor;
-    scaled.wall.tangential_stiffness_n_per_m *= factor;
-    scaled
+    of(&mut stiffer.contact.body_body);
+    of(&mut stiffer.contact.body_body_tangential);
+    let wall = &mut stiffer.wall;
+    wall.stiffness_n_per_m *= factor;
+    wall.tangential_stiffness_n_per_m *= factor;
+    wall.damping_n_s_per_m *= damper;
+    wall.tangential_damping_n_s_per_m *= damper;
+    stiffer
 }

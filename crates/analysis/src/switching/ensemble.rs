@@ -36,19 +36,13 @@ impl Ensemble {
         let mut run = Run::default();
         run.start(&program, columns);
         let acting = Acting::new(session, &contacts, (&program, &layout), columns);
-        Self {
-            origins: origins(spec, &layout),
-            program,
-            layout,
-            run,
-            acting,
-        }
+        Self { origins: origins(spec, &layout), program, layout, run, acting }
     }
 
     /// Multiplications and additions of a tick of a trajectory.
     pub(super) fn work(&self) -> usize {
         /// What one contact takes more than its sums.
-        const OF_A_CONTACT: usize = 60;
+        const OF_A_CONTACT: usize = 150;
         self.program.work() + OF_A_CONTACT * self.acting.contacts.len()
     }
 

@@ -57,9 +57,8 @@ pub(super) struct Strength {
 impl FastForce {
     pub(super) fn new(rows: usize, columns: usize, period_s: f64) -> Self {
         // Damping ratios of the two sections.
-        let sections = [1.0, 3.0].map(|odd: f64| {
-            Section::high_pass((odd * std::f64::consts::PI / 8.0).sin(), period_s)
-        });
+        let sections =
+            [1.0, 3.0].map(|odd: f64| Section::high_pass((odd * std::f64::consts::PI / 8.0).sin(), period_s));
         Self { sections, columns, numbers: vec![Filtered::default(); rows * columns], ticks: 0, period_s }
     }
 

@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use super::random::Random;
-use super::told::Policy;
+use crate::verdict::HandPolicy;
 
 /// A constant push, N.
 const PUSH_N: f64 = 1.0;
@@ -31,7 +31,7 @@ pub(super) struct Known {
 /// One trajectory.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
-    pub(super) policy: Policy,
+    pub(super) policy: HandPolicy,
     /// Of each hand, in the end, N.
     pub(super) pushes: Vec<DVec3>,
     /// What each hand does in turns with its opposite before, N.
@@ -45,7 +45,7 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    pub(super) fn new(policy: Policy, known: &Known, random: &mut Random) -> Self {
+    pub(super) fn new(policy: HandPolicy, known: &Known, random: &mut Random) -> Self {
         let hands = known.normals.len();
         // Slow ones too: a constant push is to them as a weak one is to a fast throw.
         let speed = 10f64.powf(-2.0 * random.share().powi(2));
@@ -84,13 +84,13 @@ fn pushes(known: &Known, random: &mut Random) -> Vec<DVec3> {
     known.normals.iter().enumerate().map(push).collect()
 }
 
-fn swing(policy: Policy, normal: Option<DVec3>, push: DVec3, axes: usize, random: &mut Random) -> DVec3 {
+fn swing(policy: HandPolicy, normal: Option<DVec3>, push: DVec3, axes: usize, random: &mut Random) -> DVec3 {
     let Some(normal) = normal else { return DVec3::ZERO };
     match policy {
-        Policy::Throw | Policy::Pump => DVec3::ZERO,
+        HandPolicy::Throw | HandPolicy::Pump => DVec3::ZERO,
         // With its push: now twice that, now away; or now that, now nothing.
-        Policy::Rhythm => -normal * (PUSH_N * (0.5 + random.share())),
-        Policy::Slide => {
+        HandPolicy::Rhythm => -normal * (PUSH_N * (0.5 + random.share())),
+        HandPolicy::Slide => {
             let along = vector(axes, random);
             let along = along - normal * along.dot(normal);
             along.normalize_or_zero() * push.length().max(PUSH_N) * (0.25 + random.share())

@@ -1,170 +1,162 @@
+//! The adversary against closed forms, against the maps whose eigenvalues are judged, and against known counter-examples.
+
+mod stepping;
+mod trial;
+
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{SceneValues, SpringDamper};
 
-use super::find;
-use super::random::Random;
-use crate::compile::{ContactMode, compile_at};
-use crate::operating_point::{OperatingPoint, Settled};
-use crate::poles::judge;
+use super::{ContactPoints, fed, find, search};
+use crate::compile::{ContactMode, compile, compile_at};
+use crate::modes::contact_points;
+use crate::poles::analyze_loop;
+use crate::verdict::{Switching, UnsettledMotion};
 
-const TEMPLATE: &str = r#"
-space = "line"
-[session]
-architecture = "distributed"
-users = 2
-[rates]
-control_hz = 1024
-network_hz = "1024/N"
-[link]
-delay_periods = 0
-[hand]
-mass_kg = 0.1
-damping_n_s_per_m = 5
-stiffness_n_per_m = 0
-finger_radius_m = 0.008
-[object]
-mass_kg = 0.4
-shape = "box"
-size_m = [0.1, 0.1, 0.1]
-[wall]
-stiffness_n_per_m = 0
-[[user]]
-name = "anna"
-script = [ { do = "force", force_n = [1,0,0], duration_s = 60 } ]
-[[user.finger]]
-position_m = [-0.07, 0, 0]
-[[user]]
-name = "ben"
-script = [ { do = "force", force_n = [-1,0,0], duration_s = 60 } ]
-[[user.finger]]
-position_m = [0.07, 0, 0]
-"#;
-
-fn scene(ratio: u32) -> Scene {
-    let text = TEMPLATE.replace("1024/N", &format!("1024/{ratio}"));
-    cotouch_scene::parse(&text, "a line", None, &[]).expect("a scene")
+/// A box on a line between two hands that push at it: so many ticks a network period, n, m_h, m_o, b_h, and the springs and
+/// dampers of Table 6.1's order.
+struct Line {
+    ticks: u32,
+    delay_periods: u32,
+    hand_kg: f64,
+    object_kg: f64,
+    hand_damping: f64,
+    springs: [(f64, f64); 3],
 }
 
-fn candidates(scene: &SceneValues) -> (OperatingPoint, OperatingPoint) {
-    let settled = Settled::of(scene);
-    let all: Vec<usize> = (0..settled.grips.len()).collect();
-    let leans: Vec<usize> = (0..settled.leans.len()).collect();
-    (settled.point(scene, &[], &settled.always()), settled.point(scene, &all, &leans))
+/// Table 6.1 with b_h = 5 N·s/m.
+const TABLE_6_1: Line = Line {
+    ticks: 8,
+    delay_periods: 1,
+    hand_kg: 0.1,
+    object_kg: 0.4,
+    hand_damping: 5.0,
+    springs: [(3000.0, 20.0), (400.0, 2.0), (300.0, 10.0)],
+};
+
+/// Every mode in which fingers touch all copies or none is stable, and throws keep it moving.
+const COUNTER_EXAMPLE: Line = Line {
+    ticks: 2,
+    delay_periods: 0,
+    hand_kg: 0.075,
+    object_kg: 0.847,
+    hand_damping: 3.567,
+    springs: [(7618.422, 18.654), (6222.011, 2.755), (2523.913, 5.152)],
+};
+
+impl Line {
+    fn scene(&self) -> Scene {
+        let network = 1024 / self.ticks;
+        let text = format!(
+            r#"
+            space = "line"
+            [session]
+            architecture = "distributed"
+            users = 2
+            [rates]
+            control_hz = 1024
+            network_hz = {network}
+            [hand]
+            finger_radius_m = 0.008
+            [object]
+            shape = "box"
+            size_m = [0.1, 0.1, 0.1]
+            [[user]]
+            name = "anna"
+            script = [{{ do = "force", force_n = [1, 0, 0], duration_s = 60 }}]
+            [[user.finger]]
+            position_m = [-0.07, 0, 0]
+            [[user]]
+            name = "ben"
+            script = [{{ do = "force", force_n = [-1, 0, 0], duration_s = 60 }}]
+            [[user.finger]]
+            position_m = [0.07, 0, 0]
+            "#
+        );
+        let scene = cotouch_scene::parse(&text, "a line", None, &[]).expect("a scene");
+        let [own, remote, copies] = self.springs.map(|(stiffness_n_per_m, damping_n_s_per_m)| SpringDamper {
+            stiffness_n_per_m,
+            damping_n_s_per_m,
+        });
+        let edited = scene.edit(|scene| {
+            scene.link.delay_periods = self.delay_periods;
+            scene.hand.mass_kg = self.hand_kg;
+            scene.hand.damping_n_s_per_m = self.hand_damping;
+            scene.object.mass_kg = self.object_kg;
+            scene.coupling.hand_object = own;
+            scene.coupling.remote_hand_object = remote;
+            scene.coupling.object_object = copies;
+        });
+        edited.expect("values like any")
+    }
+}
+
+fn found(scene: &SceneValues, modes: &[ContactMode]) -> Option<UnsettledMotion> {
+    let verdicts: Vec<_> = modes.iter().map(|mode| analyze_loop(&mode.spec).unwrap()).collect();
+    find(scene, &contact_points(scene), &fed(modes, &verdicts), &|| true).expect("nobody gives up")
+}
+
+#[test]
+fn the_counter_example_is_found_although_each_mode_is_stable() {
+    let scene = COUNTER_EXAMPLE.scene();
+    let switched = search(&scene, &compile, &contact_points(&scene), &|| true).unwrap();
+    assert_eq!(switched.switching, Switching::Unproven);
+    let distance = switched.distance.expect("each mode is stable");
+    assert!((1.0..1.2).contains(&distance), "{distance}");
+    let found = switched.found.expect("it keeps moving");
+    assert!(found.rms_n.is_some_and(|rms_n| rms_n > 1.0) && found.hz > 20.0, "{found:?}");
+    assert!(found.moving * 20 > found.tried, "{found:?}");
+    assert_eq!(found.contacts, ["anna.finger1", "ben.finger1"]);
+}
+
+#[test]
+fn table_6_1_with_surfaces_is_searched() {
+    for delay_periods in [0, 1] {
+        let scene = Line { delay_periods, ..TABLE_6_1 }.scene();
+        let switched = search(&scene, &compile, &contact_points(&scene), &|| true).unwrap();
+        assert_eq!(switched.found, None, "n = {delay_periods}");
+        assert_eq!(switched.switching, Switching::Searched, "n = {delay_periods}");
+    }
+}
+
+#[test]
+fn what_is_found_does_not_depend_on_threads() {
+    let scene = COUNTER_EXAMPLE.scene();
+    let modes = compile(&scene);
+    let with = |threads: usize| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| found(&scene, &modes))
+    };
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_search_that_nobody_wants_ends() {
+    let scene = COUNTER_EXAMPLE.scene();
+    assert_eq!(find(&scene, &contact_points(&scene), &[], &|| false), None);
+}
+
+/// The distance is where the worst mode is on the line.
+#[test]
+fn a_mode_turns_unstable_at_the_distance() {
+    let scene = COUNTER_EXAMPLE.scene();
+    let distance = search(&scene, &compile, &contact_points(&scene), &|| true).unwrap().distance.unwrap();
+    let is_stable = |factor: f64| {
+        let scene = super::distance::stiffer(&scene, super::distance::Scaled::Springs, factor);
+        compile(&scene).iter().all(|mode| analyze_loop(&mode.spec).unwrap().stable)
+    };
+    assert!(is_stable(distance) && !is_stable(distance * 1.0011), "{distance}");
 }
 
 /// Every set of contacts of single copies.
 fn modes_of_copies(scene: &SceneValues) -> Vec<ContactMode> {
-    let (point, candidates) = candidates(scene);
-    let contacts = candidates.fingers.len();
-    (0..1usize << contacts).map(|set| {
-        let mut point = point.clone();
-        let here = (0..contacts).filter(|contact| set >> contact & 1 == 1);
-        point.fingers = here.map(|contact| candidates.fingers[contact]).collect();
-        ContactMode { contacts: vec![format!("{set:04b}")], settled: false, spec: compile_at(scene, &point) }
-    }).collect()
-}
-
-fn is_consistent(mode: &ContactMode) -> bool {
-    ["0000", "0101", "1010", "1111"].contains(&mode.contacts[0].as_str())
-}
-
-type Scale = fn(&mut SceneValues, f64);
-
-fn springs(scene: &mut SceneValues, factor: f64) {
-    contact_springs(scene, factor);
-    scene.coupling.object_object.stiffness_n_per_m *= factor;
-}
-
-fn contact_springs(scene: &mut SceneValues, factor: f64) {
-    scene.coupling.hand_object.stiffness_n_per_m *= factor;
-    scene.coupling.remote_hand_object.stiffness_n_per_m *= factor;
-}
-
-fn contact_gains(scene: &mut SceneValues, factor: f64) {
-    contact_springs(scene, factor);
-    scene.coupling.hand_object.damping_n_s_per_m *= factor;
-    scene.coupling.remote_hand_object.damping_n_s_per_m *= factor;
-}
-
-fn gains(scene: &mut SceneValues, factor: f64) {
-    contact_gains(scene, factor);
-    scene.coupling.object_object.stiffness_n_per_m *= factor;
-    scene.coupling.object_object.damping_n_s_per_m *= factor;
-}
-
-/// The first factor, from a small one on, at which a mode is unstable.
-fn limit(scene: &SceneValues, scale: Scale, all: bool, from: f64) -> f64 {
-    let stable = |factor: f64| {
-        let mut scaled = scene.clone();
-        scale(&mut scaled, factor);
-        modes_of_copies(&scaled).iter().filter(|mode| all || is_consistent(mode)).all(|mode| judge(&mode.spec, false).unwrap().stable)
+    let ContactPoints { always, switching } = contact_points(scene);
+    let all = switching.fingers;
+    let mode = |set: usize| {
+        let mut point = always.clone();
+        let closed = all.iter().enumerate().filter(|(contact, _)| set >> contact & 1 == 1);
+        point.fingers = closed.map(|(_, at)| *at).collect();
+        let contacts = point.fingers.iter().map(|at| format!("{} at {}", at.user, at.host)).collect();
+        ContactMode { contacts, settled: false, spec: compile_at(scene, &point) }
     };
-    let mut low = from;
-    if !stable(low) { return 0.0; }
-    let mut high = low;
-    while stable(high) {
-        low = high;
-        high *= 1.15;
-        if high > 20.0 { return 20.0; }
-    }
-    while high / low > 1.001 {
-        let middle = (low * high).sqrt();
-        if stable(middle) { low = middle } else { high = middle }
-    }
-    low
-}
-
-fn random_set(random: &mut Random) -> SceneValues {
-    let ratio = [1, 2, 4, 8][random.below(4)];
-    let mut log = |low: f64, high: f64| low * (high / low).powf(random.share());
-    let mut values = SceneValues::clone(&scene(ratio));
-    values.hand.mass_kg = log(0.03, 0.3);
-    values.object.mass_kg = log(0.1, 1.0);
-    values.hand.damping_n_s_per_m = log(0.5, 10.0);
-    let mut spring = |k: [f64; 2], b: [f64; 2]| SpringDamper { stiffness_n_per_m: log(k[0], k[1]), damping_n_s_per_m: log(b[0], b[1]) };
-    values.coupling.hand_object = spring([500.0, 10_000.0], [1.0, 40.0]);
-    values.coupling.remote_hand_object = spring([100.0, 8000.0], [0.5, 20.0]);
-    values.coupling.object_object = spring([100.0, 4000.0], [1.0, 20.0]);
-    values.link.delay_periods = random.below(2) as u32;
-    values
-}
-
-#[test]
-#[ignore = "half an hour: the table"]
-fn trial() {
-    let sets: u64 = std::env::var("SETS").unwrap().parse().unwrap();
-    for seed in 0..sets {
-        let mut random = Random::new(0x1234 + seed);
-        let set = random_set(&mut random);
-        let top = limit(&set, springs, false, 0.01);
-        if top <= 0.0 || top >= 20.0 { continue; }
-        for share in [0.5, 0.7, 0.9] {
-            let mut values = set.clone();
-            springs(&mut values, share * top);
-            let modes = modes_of_copies(&values);
-            let radius = |consistent: bool| modes.iter().filter(|m| is_consistent(m) == consistent).map(|m| judge(&m.spec, false).unwrap().spectral_radius).fold(0.0, f64::max);
-            let (a, b) = (radius(true), radius(false));
-            let mut worst: Vec<_> = modes.iter().collect();
-            worst.sort_by(|x, y| judge(&y.spec, false).unwrap().spectral_radius.total_cmp(&judge(&x.spec, false).unwrap().spectral_radius));
-            worst.truncate(4);
-            let (point, candidates) = candidates(&values);
-            let start = std::time::Instant::now();
-            let found = find(&values, (&point, &candidates), &worst, &|| true).unwrap();
-            let time = start.elapsed().as_secs_f64();
-            let d: Vec<f64> = [springs as Scale, contact_springs, contact_gains, gains].iter().map(|&scale| limit(&values, scale, true, 1.0)).collect();
-            println!("T {seed} {share} {a:.5} {b:.5} d {d:.3?} {time:.2} {:?}", found.map(|f| (f.policy, f.rms_n, f.hz, f.moving, f.tried)));
-        }
-    }
-}
-
-#[test]
-fn probe() {
-    let path = std::env::var("SCENE").unwrap();
-    let scene = cotouch_scene::load(&path, &[]).unwrap();
-    let (point, candidates) = candidates(&scene);
-    let modes = crate::compile::compile(&scene);
-    let worst: Vec<_> = modes.iter().collect();
-    let start = std::time::Instant::now();
-    let found = find(&scene, (&point, &candidates), &worst, &|| true);
-    println!("{found:?} {:?}", start.elapsed());
+    (0..1 << all.len()).map(mode).collect()
 }

@@ -1,24 +1,10 @@
-//! What a search of switching contacts says.
+//! A motion that does not settle although each contact mode is stable.
 
 use serde::Serialize;
 
-use crate::verdict::Switching;
-
-/// What is known about switching between the contact modes of a scene.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Switched {
-    /// Whether anything can switch, and whether a search of it means something.
-    pub switching: Switching,
-    /// The largest common factor on the springs of all contacts up to which every analysed mode stays stable, at most
-    /// [`MAX_DISTANCE`](super::MAX_DISTANCE); none where nothing switches, or a mode is unstable.
-    pub distance: Option<f64>,
-    /// What an adversary kept moving.
-    pub found: Option<Found>,
-}
-
 /// Trajectories that an adversary keeps moving by letting contacts open and close.
 #[derive(Clone, Debug, PartialEq, Serialize)]
-pub struct Found {
+pub struct UnsettledMotion {
     /// Whose finger feels it most.
     pub user: String,
     /// Which of the user's fingers, from 1.
@@ -26,7 +12,7 @@ pub struct Found {
     /// The contacts that can open and close in it.
     pub contacts: Vec<String>,
     /// What hands did before they pushed constantly.
-    pub policy: Policy,
+    pub policy: HandPolicy,
     /// The force above 8 Hz at that finger over the last seconds, N rms; none where it grows out of all bounds.
     pub rms_n: Option<f64>,
     /// Its frequency, Hz.
@@ -40,7 +26,7 @@ pub struct Found {
 /// What hands do before they push constantly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Policy {
+pub enum HandPolicy {
     /// Hands and bodies are thrown at each other.
     Throw,
     /// Hands touch and let go in a rhythm: that of a contact mode that dies out slowly, or another one.
@@ -51,7 +37,7 @@ pub enum Policy {
     Slide,
 }
 
-impl Policy {
+impl HandPolicy {
     /// As in "hands … and then push constantly".
     #[must_use]
     pub const fn told(self) -> &'static str {
@@ -64,7 +50,7 @@ impl Policy {
     }
 }
 
-impl Found {
+impl UnsettledMotion {
     /// In a sentence: who feels it, how strong it is and after what.
     #[must_use]
     pub fn told(&self) -> String {
