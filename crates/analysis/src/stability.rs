@@ -34,6 +34,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         spectral_radius: verdict.spectral_radius,
         stable: verdict.stable,
         axis: verdict.axis,
+        toppling_per_s: verdict.toppling_per_s.first().copied(),
     };
     let modes: Vec<_> = modes.into_iter().zip(&verdicts).map(mode).collect();
     Ok(Stability {

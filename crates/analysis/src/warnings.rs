@@ -32,6 +32,15 @@ pub(crate) fn warnings(
                 .to_owned(),
         );
     }
+    let topple = verdicts.iter().filter(|verdict| !verdict.toppling_per_s.is_empty());
+    let fastest_per_s = topple.clone().filter_map(|verdict| verdict.toppling_per_s.first().copied());
+    if let Some(fastest_per_s) = fastest_per_s.reduce(f64::max) {
+        warnings.push(format!(
+            "In {} of {} contact modes a body topples or slips away by its statics alone, with perfect devices and no delay too (up to {fastest_per_s:.3} /s). That leads to another contact mode and does not count.",
+            topple.count(),
+            verdicts.len()
+        ));
+    }
     if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
         warnings.push(
             "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
