@@ -100,7 +100,7 @@ pub use margin::{GainMargin, Margins, RateMargin, margins};
 pub use operating_point::{CornerContact, FingerContact, OperatingPoint};
 pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
-pub use stability::analyze;
+pub use stability::{analyze, analyze_swept};
 pub use sweep::{Grid, Sweep, SweepError};
 pub use switching::{MAX_DISTANCE, MIN_DISTANCE};
 pub use verdict::{

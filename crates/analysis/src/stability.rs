@@ -13,11 +13,27 @@ use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
-/// Analyses every contact mode of a scene.
+/// Analyses every contact mode of a scene, and searches what switching between them can do.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
+    analyze_with(scene, &switched)
+}
+
+/// Analyses every contact mode of a scene by itself: what maps and margins are about. Nothing is searched, so that switching
+/// between several modes is unproven.
+///
+/// # Errors
+/// As [`analyze`].
+pub fn analyze_swept(scene: &Scene) -> Result<Stability, AnalysisError> {
+    analyze_with(scene, &|_, modes| Ok(unsearched(modes)))
+}
+
+fn analyze_with(
+    scene: &Scene,
+    switched: &dyn Fn(&Scene, &[ContactMode]) -> Result<Switched, AnalysisError>,
+) -> Result<Stability, AnalysisError> {
     let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
     coverage::add_left_out(scene, &mut left_out);
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
@@ -57,10 +73,14 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 /// What is known about switching between modes.
 fn switched(scene: &Scene, modes: &[ContactMode]) -> Result<Switched, AnalysisError> {
     if scene.soft.exists() {
-        let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
-        return Ok(Switched::unsearched(switching));
+        return Ok(unsearched(modes));
     }
     switching::search(scene, &compile, &contact_points(scene), &|| true)
+}
+
+/// Modes are analysed one by one; between several of them nothing is known.
+fn unsearched(modes: &[ContactMode]) -> Switched {
+    Switched::unsearched(if modes.len() > 1 { Switching::Unproven } else { Switching::None })
 }
 
 /// As in [`Stability::stable`].

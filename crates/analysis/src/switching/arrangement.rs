@@ -66,21 +66,23 @@ fn arrangement(
     let body = |bodies: &Vec<u8>| (!bodies.is_empty()).then(|| bodies[index % bodies.len()]);
     let bodies: Vec<Option<u8>> = of_fingers.iter().map(body).collect();
     let wall = (index % (walls.len() + 1)).checked_sub(1).map(|wall| walls[wall]);
+    let planes = scene.walls();
+    let of_wall = wall.map(|(wall, _)| planes[wall].normal.normalize());
     let (mut contacts, mut names, mut normals) = (Vec::new(), Vec::new(), Vec::new());
     for ((user, finger), body) in fingers(scene).zip(bodies) {
         let meets = candidates.fingers.iter().enumerate();
         let meets = meets.filter(|(_, at)| (at.user, at.finger, Some(at.body)) == (user, finger, body));
         let (places, at): (Vec<usize>, Vec<&FingerContact>) = meets.unzip();
-        normals.push(
-            at.first()
-                .map(|at| candidates.poses[at.host.index()][usize::from(at.body)].orientation * at.normal),
-        );
+        let outward = |at: &&FingerContact| {
+            candidates.poses[at.host.index()][usize::from(at.body)].orientation * at.normal
+        };
+        // Who is coupled to a body's centre pushes it against its wall.
+        normals.push(at.first().map(outward).or(of_wall));
         if !places.is_empty() {
             names.push(format!("{}.finger{}", scene.users[user.index()].name, finger + 1));
         }
         contacts.extend(places);
     }
-    let planes = scene.walls();
     if let Some((wall, _)) = wall {
         names.push(planes[wall].name.clone());
     }
