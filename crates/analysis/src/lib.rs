@@ -85,6 +85,7 @@ mod switching;
 mod symmetry;
 mod toppling;
 pub mod transparency;
+mod variants;
 mod verdict;
 mod warnings;
 

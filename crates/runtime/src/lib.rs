@@ -86,7 +86,7 @@ pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
     DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, Predicted, RoundTrip, SettingValue, SettingsSummary, ShakingSummary,
-    SoftSummary, Summary, Unproven, UserSummary,
+    PassivitySummary, Percentiles, Predicted, RoundTripSummary, SettingValue, SettingsSummary,
+    ShakingSummary, SoftSummary, Summary, Unproven, UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

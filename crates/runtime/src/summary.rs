@@ -319,12 +319,12 @@ pub struct NetworkSummary {
     /// State packets that were sent to a host and never came.
     pub lost: u64,
     /// Round trips of all links together, ms.
-    pub round_trip_ms: RoundTrip,
+    pub round_trip_ms: RoundTripSummary,
 }
 
 /// Mean and scatter of the round trip, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct RoundTrip {
+pub struct RoundTripSummary {
     /// The mean round trip, ms.
     pub mean: Option<f64>,
     /// The standard deviation of the round trip, ms.

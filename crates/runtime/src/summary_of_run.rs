@@ -19,7 +19,7 @@ use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
     DeviceFaultSummary, DivergedSummary, HapticSummary, NetworkSummary, ObjectSummary, PassivitySummary,
-    Percentiles, RoundTrip, SettingsSummary, ShakingSummary, SoftSummary, Summary,
+    Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary, SoftSummary, Summary,
 };
 use crate::timing::Timing;
 
@@ -231,7 +231,7 @@ fn network(runs: &[HostRun]) -> NetworkSummary {
 }
 
 /// Mean and standard deviation of all round trips of all links together.
-fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTrip {
+fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTripSummary {
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for link in links {
         let trips = link.round_trip;
@@ -241,10 +241,10 @@ fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTrip 
         squares += n * (jitter * jitter + mean * mean);
     }
     if count == 0.0 {
-        return RoundTrip::default();
+        return RoundTripSummary::default();
     }
     let mean = sum / count;
-    RoundTrip { mean: Some(mean), rms_jitter: Some((squares / count - mean * mean).max(0.0).sqrt()) }
+    RoundTripSummary { mean: Some(mean), rms_jitter: Some((squares / count - mean * mean).max(0.0).sqrt()) }
 }
 
 fn objects(scene: &Scene, run: &HostRun) -> Vec<ObjectSummary> {
