@@ -79,6 +79,7 @@ mod rigid;
 mod soft;
 mod stability;
 mod sweep;
+mod switching;
 mod symmetry;
 mod toppling;
 pub mod transparency;
@@ -98,9 +99,10 @@ pub use margin::{GainMargin, Margins, RateMargin, margins};
 pub use operating_point::{CornerContact, FingerContact, OperatingPoint};
 pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
-pub use stability::analyze;
+pub use stability::{analyze, analyze_swept};
 pub use sweep::{Grid, Sweep, SweepError};
+pub use switching::{MAX_DISTANCE, MIN_DISTANCE};
 pub use verdict::{
-    AnalysisError, ContactPlace, LoopStability, ModeStability, PointVerdict, Stability, Switching, Worst,
-    WorstGain,
+    AnalysisError, ContactPlace, HandPolicy, LoopStability, ModeStability, PointVerdict, Stability,
+    Switching, UnsettledMotion, Worst, WorstGain,
 };

@@ -3,29 +3,46 @@
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
-use crate::compile::ContactMode;
+use crate::compile::{ContactMode, compile};
 use crate::coverage;
 use crate::left_out::LeftOut;
-use crate::modes::contact_modes;
+use crate::modes::{contact_modes, contact_points};
 use crate::poles::analyze_loop;
 use crate::soft::Bodies;
+use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
-/// Analyses every contact mode of a scene.
+/// Analyses every contact mode of a scene, and searches what switching between them can do.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
+    analyze_with(scene, &switched)
+}
+
+/// Analyses every contact mode of a scene by itself: what maps and margins are about. Nothing is searched, so that switching
+/// between several modes is unproven.
+///
+/// # Errors
+/// As [`analyze`].
+pub fn analyze_swept(scene: &Scene) -> Result<Stability, AnalysisError> {
+    analyze_with(scene, &|_, modes| Ok(unsearched(modes)))
+}
+
+fn analyze_with(
+    scene: &Scene,
+    switched: &dyn Fn(&Scene, &[ContactMode]) -> Result<Switched, AnalysisError>,
+) -> Result<Stability, AnalysisError> {
     let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
     coverage::add_left_out(scene, &mut left_out);
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
-    let Switched { switching, distance, found } = switched(&modes);
-    left_out.extend(found);
-    let warnings = warnings(scene, &modes, &verdicts, &left_out);
+    let switched = switched(scene, &modes)?;
+    let warnings = warnings(scene, &modes, &verdicts, &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
     let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
     let period_s = spec.pattern_s();
     let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
@@ -45,6 +62,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         period_s,
         switching,
         switching_distance: distance,
+        switching_found: found,
         worst: worst(&modes),
         left_out,
         warnings,
@@ -53,18 +71,16 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 }
 
 /// What is known about switching between modes.
-struct Switched {
-    switching: Switching,
-    /// As in [`Stability::switching_distance`].
-    distance: Option<f64>,
-    /// What an adversary found: a sequence of contacts under which the session does not settle.
-    found: Option<LeftOut>,
+fn switched(scene: &Scene, modes: &[ContactMode]) -> Result<Switched, AnalysisError> {
+    if scene.soft.exists() {
+        return Ok(unsearched(modes));
+    }
+    switching::search(scene, &compile, &contact_points(scene), &|| true)
 }
 
 /// Modes are analysed one by one; between several of them nothing is known.
-fn switched(modes: &[ContactMode]) -> Switched {
-    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
-    Switched { switching, distance: None, found: None }
+fn unsearched(modes: &[ContactMode]) -> Switched {
+    Switched::unsearched(if modes.len() > 1 { Switching::Unproven } else { Switching::None })
 }
 
 /// As in [`Stability::stable`].

@@ -8,7 +8,8 @@ use crate::compile::ContactMode;
 use crate::left_out::LeftOut;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
 use crate::rigid::has_untied_copies;
-use crate::verdict::LoopStability;
+use crate::switching::{MIN_DISTANCE, Switched};
+use crate::verdict::{LoopStability, Switching};
 
 /// What the scene has that the verdict does not cover.
 pub(crate) fn warnings(
@@ -16,10 +17,11 @@ pub(crate) fn warnings(
     modes: &[ContactMode],
     verdicts: &[LoopStability],
     left_out: &[LeftOut],
+    switched: &Switched,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     warn_of_link(scene, &mut warnings);
-    warn_of_modes(scene, modes, verdicts, &mut warnings);
+    warn_of_modes(scene, modes, verdicts, switched, &mut warnings);
     warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
     warn_of_soft_contact(scene, &mut warnings);
@@ -52,20 +54,37 @@ fn warn_of_modes(
     scene: &Scene,
     modes: &[ContactMode],
     verdicts: &[LoopStability],
+    switched: &Switched,
     warnings: &mut Vec<String>,
 ) {
     if modes.len() < 2 {
         return;
     }
-    let each = if verdicts.iter().all(|verdict| verdict.stable) {
-        "each contact mode is stable"
-    } else {
-        "not every contact mode is stable"
-    };
+    let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
     let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
     let soft = scene.soft.exists();
     let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };
-    warnings.push(format!("{what}: {each}, switching between the modes is unproven."));
+    warnings.push(format!("{what}: {}.", of_switching(each_is_stable, switched)));
+}
+
+fn of_switching(each_is_stable: bool, switched: &Switched) -> String {
+    let Switched { switching, distance, found } = switched;
+    match (switching, distance, found) {
+        (_, _, Some(found)) => format!("each contact mode is stable, but {}", found.told()),
+        (Switching::Searched, Some(distance), None) => format!(
+            "each contact mode is stable, and an adversary that switches contacts found nothing that keeps moving; they may be \
+             {distance:.2} times as stiff before a mode is unstable"
+        ),
+        (_, Some(distance), None) if *distance < MIN_DISTANCE => format!(
+            "each contact mode is stable, switching between the modes is unproven this close to the line: an adversary found \
+             nothing, but that means something only where contacts may be {MIN_DISTANCE:.2} times as stiff, and here it is \
+             {distance:.2} times"
+        ),
+        _ if each_is_stable => {
+            "each contact mode is stable, switching between the modes is unproven".to_owned()
+        }
+        _ => "not every contact mode is stable, switching between the modes is unproven".to_owned(),
+    }
 }
 
 /// What of contacts is not linear.
