@@ -10,7 +10,7 @@ mod rates;
 
 use cotouch_scene::Scene;
 
-use crate::stability::analyze;
+use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::verdict::Stability;
 use found::{Found, go_on};
@@ -22,7 +22,7 @@ pub use found::{GainMargin, Margins, RateMargin};
 /// # Errors
 /// When the scene cannot be analysed, or `progress` said no.
 pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
-    let verdict = analyze(scene)?;
+    let verdict = analyze_settled(scene)?;
     let mut margins = Margins {
         stable: verdict.each_mode_is_stable(),
         spectral_radius: verdict.spectral_radius,

@@ -182,10 +182,20 @@ fn eigenvalues_of_rest(
     vectors.reverse();
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
-        debug_assert!(
-            is_eigenvector(&matrix, &vector, structure.rounding),
-            "a structural vector must belong to the eigenvalue 1"
-        );
+        if !is_eigenvector(&matrix, &vector, structure.rounding) {
+            let apart = &matrix * &vector - &vector;
+            eprintln!(
+                "NOTEIG left {} rigid {} loose {} dragged {} residual {:e} |A| {:e} |v| {:e} worst {:?}",
+                vectors.len(),
+                structure.rigid.len(),
+                structure.loose.len(),
+                structure.dragged,
+                apart.norm(),
+                matrix.norm(),
+                vector.norm(),
+                apart.icamax()
+            );
+        }
         let (reduced, reflection) = deflate(&matrix, &vector);
         matrix = reduced;
         for later in &mut vectors {

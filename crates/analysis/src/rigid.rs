@@ -33,7 +33,7 @@ use crate::singular_values::SingularValues;
 use coasting::{Coasting, coasting};
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
-use ties::Ties;
+pub(crate) use ties::Ties;
 use with_blocks::PartWithBlocks;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.

@@ -4,7 +4,7 @@ use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
 use crate::compile::ContactMode;
-use crate::coverage;
+use crate::coverage::{self, Covered};
 use crate::left_out::LeftOut;
 use crate::modes::contact_modes;
 use crate::poles::analyze_loop;
@@ -12,22 +12,59 @@ use crate::soft::Bodies;
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
-/// Analyses every contact mode of a scene.
+/// Analyses all that the users of a scene can do: every contact of every finger and wall with every copy of a body, by
+/// script, by a device or by a hand taken on the page.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
-    let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
-    coverage::add_left_out(scene, &mut left_out);
+    if scene.soft.exists() {
+        let mut stability = analyze_settled(scene)?;
+        let gap = coverage::of_soft_contact(scene);
+        stability.warnings.extend(gap.iter().map(LeftOut::to_string));
+        stability.left_out.extend(gap);
+        stability.stable =
+            whole_verdict(stability.each_mode_is_stable(), stability.switching, &stability.left_out);
+        return Ok(stability);
+    }
+    let (modes, _) = contact_modes(scene, &Bodies::default())?;
+    let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
+    let headline = analyze_loop(&settled.spec)?;
+    let Covered { modes: covered, spectral_radius, worst, mut left_out } = coverage::cover(scene)?;
+    let Switched { switching, distance, found } = switched(&modes);
+    left_out.extend(found);
+    let each_is_stable = covered.iter().all(|mode| mode.stable);
+    let warnings = warnings(scene, (covered.len(), each_is_stable), (settled, &headline), &left_out);
+    Ok(Stability {
+        spectral_radius,
+        stable: whole_verdict(each_is_stable, switching, &left_out),
+        rigid_body_poles: headline.rigid_body_poles,
+        drag_pole: headline.drag_pole,
+        states: states(settled)?,
+        period_s: settled.spec.pattern_s(),
+        switching,
+        switching_distance: distance,
+        worst: Some(worst),
+        left_out,
+        warnings,
+        modes: covered,
+    })
+}
+
+/// Analyses the contact modes of the settled grasp alone, those of [`crate::compile()`]: what maps and margins are about, and
+/// a run that goes as its scripts say. Of a scene with a soft body, every mode that there is.
+///
+/// # Errors
+/// As [`analyze`].
+pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
+    let (modes, left_out) = contact_modes(scene, &Bodies::default())?;
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
-    let Switched { switching, distance, found } = switched(&modes);
-    left_out.extend(found);
-    let warnings = warnings(scene, &modes, &verdicts, &left_out);
-    let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
-    let period_s = spec.pattern_s();
+    let Switched { switching, distance, .. } = switched(&modes);
+    let warnings = warnings(scene, (modes.len(), each_is_stable), (&modes[settled], headline), &left_out);
+    let (states, period_s) = (states(&modes[settled])?, spec.pattern_s());
     let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
         contacts: mode.contacts,
         spectral_radius: verdict.spectral_radius,
@@ -51,6 +88,10 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     })
 }
 
+/// Numbers in the state of a mode's loop.
+fn states(ContactMode { spec, .. }: &ContactMode) -> Result<usize, AnalysisError> {
+    Ok(if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() })
+}
 /// What is known about switching between modes.
 struct Switched {
     switching: Switching,

@@ -13,24 +13,26 @@ use crate::verdict::LoopStability;
 /// What the scene has that the verdict does not cover.
 pub(crate) fn warnings(
     scene: &Scene,
-    modes: &[ContactMode],
-    verdicts: &[LoopStability],
+    (modes, each_is_stable): (usize, bool),
+    (settled, headline): (&ContactMode, &LoopStability),
     left_out: &[LeftOut],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     warn_of_link(scene, &mut warnings);
-    warn_of_modes(scene, modes, verdicts, &mut warnings);
+    if modes > 1 {
+        warn_of_modes(scene, each_is_stable, &mut warnings);
+    }
     warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
     warn_of_soft_contact(scene, &mut warnings);
     warn_of_device(scene, &mut warnings);
-    if modes.iter().any(|mode| mode.settled && has_untied_copies(&mode.spec)) {
+    if has_untied_copies(&settled.spec) {
         warnings.push(
             "No force ties the copies of an object to each other; each part of the session is judged by itself."
                 .to_owned(),
         );
     }
-    if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
+    if headline.loose_parts > 0 {
         warnings.push(
             "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
                 .to_owned(),
@@ -39,20 +41,9 @@ pub(crate) fn warnings(
     warnings
 }
 
-fn warn_of_modes(
-    scene: &Scene,
-    modes: &[ContactMode],
-    verdicts: &[LoopStability],
-    warnings: &mut Vec<String>,
-) {
-    if modes.len() < 2 {
-        return;
-    }
-    let each = if verdicts.iter().all(|verdict| verdict.stable) {
-        "each contact mode is stable"
-    } else {
-        "not every contact mode is stable"
-    };
+fn warn_of_modes(scene: &Scene, each_is_stable: bool, warnings: &mut Vec<String>) {
+    let each =
+        if each_is_stable { "each contact mode is stable" } else { "not every contact mode is stable" };
     let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
     let soft = scene.soft.exists();
     let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };

@@ -3,7 +3,7 @@
 use cotouch_scene::Scene;
 use serde::Serialize;
 
-use crate::stability::analyze;
+use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 
 /// Serialises to the document of `cotouch analyze margin`.
@@ -68,7 +68,7 @@ pub(super) type Found<T> = Result<T, String>;
 
 /// Whether a variant of a scene is stable; `None` where it is too large to be analysed.
 pub(super) fn is_stable(scene: &Scene) -> Result<Option<bool>, SweepError> {
-    match analyze(scene) {
+    match analyze_settled(scene) {
         Ok(verdict) => Ok(Some(verdict.each_mode_is_stable())),
         Err(error) if error.is_too_large() => Ok(None),
         Err(error) => Err(error.into()),
