@@ -184,6 +184,7 @@ impl Study<'_> {
             spectral_radius: judged.spectral_radius,
             stable: judged.stable,
             axis: judged.axis,
+            toppling_per_s: judged.toppling_per_s,
         }
     }
 

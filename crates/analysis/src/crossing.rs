@@ -53,6 +53,14 @@ pub(crate) fn crossing<E>(
     Ok(interpolated(inside, outside, None).unwrap_or(0.5 * (inside.place + outside.place)))
 }
 
+/// Where in 0 to 1 ln ρ is expected to be 0, going straight from one end to the other, whose verdicts differ.
+pub(crate) fn expected_crossing(from: PointVerdict, to: PointVerdict) -> f64 {
+    let known = |place: f64, verdict: PointVerdict| Known { place, height: verdict.spectral_radius.ln() };
+    let (from_known, to_known) = (known(0.0, from), known(1.0, to));
+    let (inside, outside) = if from.stable { (from_known, to_known) } else { (to_known, from_known) };
+    interpolated(inside, outside, None).unwrap_or(0.5)
+}
+
 /// Where ln ρ is expected to be 0.
 fn interpolated(inside: Known, outside: Known, before: Option<Known>) -> Option<f64> {
     let usable = |known: &Known| known.height.is_finite();

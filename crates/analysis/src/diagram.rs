@@ -25,7 +25,7 @@
 //! A mass under a force that is computed 1000 times a second and arrives 0.4 ms later:
 //!
 //! ```
-//! use cotouch_analysis::diagram::{Clock, Diagram, Plant, Route, Sampled};
+//! use cotouch_analysis::diagram::{Clock, Diagram, LiftRoute, Plant, Sampled};
 //! use nalgebra::dmatrix;
 //! let mut diagram = Diagram::new();
 //! let mass = diagram.plant("mass", Plant { a: dmatrix![0.0, 1.0; 0.0, 0.0], b: dmatrix![0.0; 10.0], c: dmatrix![1.0, 0.0; 0.0, 1.0] });
@@ -33,7 +33,7 @@
 //! let force = diagram.sampled("force", Sampled::gain(clock, dmatrix![-500.0, -3.0]).after("0.0004".parse()?));
 //! diagram.connect(mass, force);
 //! diagram.connect(force, mass);
-//! let map = diagram.lift(Route::Stepping)?;
+//! let map = diagram.lift(LiftRoute::Stepping)?;
 //! assert_eq!(map.states, ["mass.x1", "mass.x2", "force.y1.age1"]);
 //! assert!(diagram.spectral_radius()? < 1.0);
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -69,7 +69,7 @@ pub use time::{Time, TimeError};
 
 /// A way to the map over one pattern. All give the same matrix; they fail for different reasons, if ever.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Route {
+pub enum LiftRoute {
     /// Instant by instant, all columns of the identity at once.
     Stepping,
     /// All samples of all signals over the pattern stacked in one vector, the loop closed once: Fotoohi Ghiam 2006,
@@ -98,7 +98,7 @@ impl LoopSpec {
     ///
     /// # Errors
     /// When the description is inconsistent, too large, or the route does not apply.
-    pub fn lift_by(&self, route: Route) -> Result<LiftedMap, DiagramError> {
+    pub fn lift_by(&self, route: LiftRoute) -> Result<LiftedMap, DiagramError> {
         let matrix = self.to_diagram()?.lift(route)?.matrix;
         Ok(LiftedMap { matrix, coordinates: self.coordinates()? })
     }
@@ -118,12 +118,12 @@ impl Diagram {
     /// # Errors
     /// When the description is inconsistent, the pattern is too long, blocks depend on each other in a circle, or the
     /// route does not apply.
-    pub fn lift(&self, route: Route) -> Result<DiagramMap, DiagramError> {
+    pub fn lift(&self, route: LiftRoute) -> Result<DiagramMap, DiagramError> {
         let checked = Checked::new(self)?;
         let matrix = match route {
-            Route::Stepping => stepping::lift(&checked),
-            Route::StateSpace => state_space::lift(&checked)?,
-            Route::Resampling => resampling::lift(&checked)?,
+            LiftRoute::Stepping => stepping::lift(&checked),
+            LiftRoute::StateSpace => state_space::lift(&checked)?,
+            LiftRoute::Resampling => resampling::lift(&checked)?,
         };
         let period_s = checked.timetable.seconds(checked.timetable.frame);
         Ok(DiagramMap { matrix, states: checked.layout.names, period_s })
@@ -134,7 +134,7 @@ impl Diagram {
     /// # Errors
     /// As [`Self::lift`]; and when the map is not finite.
     pub fn spectral_radius(&self) -> Result<f64, DiagramError> {
-        let map = self.lift(Route::Stepping)?;
+        let map = self.lift(LiftRoute::Stepping)?;
         Ok(eigenvalues::spectral_radius(&eigenvalues::eigenvalues(&map.matrix)?))
     }
 }

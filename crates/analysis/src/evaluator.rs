@@ -10,10 +10,8 @@ mod template;
 
 use cotouch_scene::{Scene, with_override};
 
-use crate::modes::contact_modes;
-use crate::poles::judge;
-use crate::soft::Bodies;
 use crate::sweep::SweepError;
+use crate::variants::Variants;
 use crate::verdict::PointVerdict;
 use template::Template;
 
@@ -23,7 +21,7 @@ pub struct Evaluator {
     scene: Scene,
     keys: Vec<String>,
     template: Option<Template>,
-    bodies: Bodies,
+    variants: Variants,
 }
 
 impl Evaluator {
@@ -46,7 +44,7 @@ impl Evaluator {
             scene: scene.clone(),
             keys: keys.iter().map(|&key| key.to_owned()).collect(),
             template,
-            bodies: Bodies::default(),
+            variants: Variants::default(),
         })
     }
 
@@ -70,13 +68,7 @@ impl Evaluator {
         for (key, &value) in self.keys.iter().zip(values) {
             scene = with_override(&scene, key, value)?;
         }
-        let mut worst = PointVerdict::NONE;
-        for mode in contact_modes(&scene, &self.bodies)?.0 {
-            let verdict = judge(&mode.spec, false)?;
-            worst =
-                worst.and(PointVerdict { spectral_radius: verdict.spectral_radius, stable: verdict.stable });
-        }
-        Ok(worst)
+        Ok(self.variants.verdict(&scene)?.verdict)
     }
 }
 

@@ -25,7 +25,7 @@
 //! A [`diagram`] describes any sampled-data loop: continuous plants, discrete blocks with periods and phases of their own,
 //! samplers, holds, delays of any rational length. Every loop lowers to one, and three routes that share no more than the
 //! description lift it: instant by instant, by the direct state-space method (4.12)–(4.30), and by subsystem resampling
-//! (4.1)–(4.11). One writes a loop spec where everything happens at ticks, and a diagram where something happens between
+//! (4.1)–(4.11). [`cross_check`] holds the verdict on a scene to them. One writes a loop spec where everything happens at ticks, and a diagram where something happens between
 //! them: at another phase, or after a delay that is no whole number of ticks. Local models on slowly simulated objects are
 //! in [`local_model`] (Barbagli et al. 2003, §2–3). Whole sessions around a soft body, hands, network and slow simulation
 //! together, are loops of the same kind.
@@ -55,6 +55,7 @@ mod check;
 mod compile;
 mod contact;
 mod coverage;
+mod cross_check;
 mod crossing;
 mod deflate;
 pub mod diagram;
@@ -82,12 +83,15 @@ mod soft;
 mod stability;
 mod sweep;
 mod symmetry;
+mod toppling;
 pub mod transparency;
+mod variants;
 mod verdict;
 mod warnings;
 
 pub use check::SpecError;
 pub use compile::{ContactMode, along_normal, compile, compile_at};
+pub use cross_check::{ModeCheck, RouteCheck, cross_check};
 pub use eigenvalues::{EigenvalueError, eigenvalues, spectral_radius};
 pub use evaluator::Evaluator;
 pub use left_out::LeftOut;

@@ -24,6 +24,7 @@ use cotouch_scene::time::Schedule;
 
 use crate::dof::motion_quantities;
 
+pub(crate) use block::least_common_multiple;
 pub use block::{Block, Hold};
 pub use body::{Body, Dynamics, Estimate};
 pub use coupling::{BlockId, BodyId, Columns, Coupling, LineId, Motion, Rows, Term};
@@ -46,12 +47,12 @@ pub struct LoopSpec {
     /// What computes at clocks of its own.
     pub blocks: Vec<Block>,
     /// Every force on every body.
-    pub actions: Vec<Action>,
+    pub actions: Vec<AppliedForce>,
 }
 
 /// One force on one body.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Action {
+pub struct AppliedForce {
     /// What it acts on.
     pub body: BodyId,
     /// Where it comes from.
@@ -96,7 +97,7 @@ impl LoopSpec {
     #[must_use]
     pub fn ticks_per_pattern(&self) -> u64 {
         let patterns = self.blocks.iter().map(Block::ticks_per_pattern);
-        patterns.fold(self.schedule.ticks_per_pattern(), block::least_common_multiple)
+        patterns.fold(self.schedule.ticks_per_pattern(), least_common_multiple)
     }
 
     /// Network steps in so many ticks.
@@ -168,7 +169,7 @@ impl LoopSpec {
 
     /// Lets a force act on `body`.
     pub fn act(&mut self, body: BodyId, coupling: Coupling) {
-        self.actions.push(Action { body, force: Force::Coupling(coupling) });
+        self.actions.push(AppliedForce { body, force: Force::Coupling(coupling) });
     }
 
     /// Pulls `body` towards `anchor`. Nothing acts on the anchor.
@@ -179,7 +180,7 @@ impl LoopSpec {
 
     /// Lets the force that `line` holds act on `body`.
     pub fn apply_held(&mut self, body: BodyId, line: LineId) {
-        self.actions.push(Action { body, force: Force::Held(line) });
+        self.actions.push(AppliedForce { body, force: Force::Held(line) });
     }
 
     /// Every force that something computes.
@@ -193,7 +194,7 @@ impl LoopSpec {
     }
 
     /// The force behind an action, computed here or where it was sampled.
-    pub(crate) fn coupling_of<'a>(&'a self, action: &'a Action) -> Option<&'a Coupling> {
+    pub(crate) fn coupling_of<'a>(&'a self, action: &'a AppliedForce) -> Option<&'a Coupling> {
         match &action.force {
             Force::Coupling(coupling) => Some(coupling),
             Force::Held(line) => self.lines[line.0].signal.force(),

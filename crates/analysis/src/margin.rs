@@ -7,6 +7,7 @@ mod found;
 mod gains;
 mod loss;
 mod rates;
+mod scan;
 
 use cotouch_scene::Scene;
 
@@ -30,6 +31,8 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
         loss_rate: None,
         gains: Vec::new(),
         rates: Vec::new(),
+        rates_together_hz: None,
+        rates_together_factor: None,
         notes: Vec::new(),
     };
     if !verdict.each_mode_is_stable() {
@@ -46,7 +49,10 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
         );
     }
     go_on(progress(0.7))?;
-    margins.rates = rates::margins(scene, &mut margins.notes)?;
+    let rates = rates::limits(scene, &mut margins.notes, &|share| progress(0.7 + 0.1 * share))?;
+    margins.rates = rates.each;
+    margins.rates_together_hz = rates.together.hz;
+    margins.rates_together_factor = rates.together.factor;
     go_on(progress(0.8))?;
     let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
     margins.loss_rate = loss.map(|limit| limit.unwrap_or(1.0));

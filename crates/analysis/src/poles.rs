@@ -12,6 +12,7 @@ use crate::loop_spec::LoopSpec;
 use crate::rigid::Structure;
 use crate::soft::SoftAnalysisError;
 use crate::symmetry::{Share, split};
+use crate::toppling;
 use crate::verdict::{AnalysisError, LoopStability, is_stable};
 
 /// Beyond this, in SI units, sums of squares would overflow.
@@ -67,6 +68,8 @@ struct Poles {
     rigid: usize,
     dragged: usize,
     loose: usize,
+    /// As in [`LoopStability`].
+    toppling_per_s: Vec<f64>,
     /// Of the motions of the largest one.
     motions: EnergyShares,
 }
@@ -75,18 +78,21 @@ struct Poles {
 fn poles(share: &Share, with_axis: bool) -> Result<Option<Poles>, EigenvalueError> {
     let spec = &share.spec;
     let layout = Layout::new(spec, Registers::Shared);
-    let matrix = stepping::lift(spec, &layout);
+    let mut matrix = stepping::lift(spec, &layout);
     if has_outgrown(&matrix) {
         return Ok(None);
     }
     let structure = structure(share, &layout, &matrix);
     let (rigid, dragged, loose) = (structure.rigid.len(), structure.dragged, structure.loose.len());
-    let (eigenvalues, motions) = if with_axis {
-        poles_and_motions(spec, &layout, matrix, &structure)?
-    } else {
-        (poles_of(matrix, &structure)?, EnergyShares::default())
+    let scales = balance(&mut matrix);
+    let mut eigenvalues = eigenvalues_of_rest(matrix.clone(), &scales, &structure)?;
+    let toppling_per_s = toppling::take_out(spec, &mut eigenvalues);
+    let motions = match EnergyShares::along_only_axis(spec) {
+        _ if !with_axis => EnergyShares::default(),
+        Some(motions) => motions,
+        None => EnergyShares::of_largest(spec, &layout, &matrix, &scales, &eigenvalues),
     };
-    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, motions }))
+    Ok(Some(Poles { eigenvalues, copies: share.copies, rigid, dragged, loose, toppling_per_s, motions }))
 }
 
 /// What of a share's map is 1 by structure.
@@ -103,10 +109,12 @@ fn together(shares: Vec<Poles>) -> LoopStability {
     let sum = |count: fn(&Poles) -> usize| shares.iter().map(count).sum::<usize>();
     let (rigid, dragged, loose_parts) =
         (sum(|share| share.rigid), sum(|share| share.dragged), sum(|share| share.loose));
-    let mut eigenvalues = Vec::new();
+    let (mut eigenvalues, mut toppling_per_s) = (Vec::new(), Vec::new());
     for share in shares {
         (0..share.copies).for_each(|_| eigenvalues.extend_from_slice(&share.eigenvalues));
+        (0..share.copies).for_each(|_| toppling_per_s.extend_from_slice(&share.toppling_per_s));
     }
+    toppling_per_s.sort_by(|one, other| other.total_cmp(one));
     let drag_pole = (dragged > 0).then(|| nearest_to_one(&eigenvalues)).flatten();
     eigenvalues.extend(std::iter::repeat_n(Complex::new(1.0, 0.0), loose_parts));
     let spectral_radius = eigenvalues::spectral_radius(&eigenvalues);
@@ -117,6 +125,7 @@ fn together(shares: Vec<Poles>) -> LoopStability {
         drag_pole,
         loose_parts,
         axis,
+        toppling_per_s,
         eigenvalues,
     }
 }
@@ -141,24 +150,9 @@ fn outgrown() -> LoopStability {
         drag_pole: None,
         loose_parts: 0,
         axis: None,
+        toppling_per_s: Vec::new(),
         eigenvalues: Vec::new(),
     }
-}
-
-/// What does not follow from structure, and how things move that belong to the largest eigenvalue.
-fn poles_and_motions(
-    spec: &LoopSpec,
-    layout: &Layout,
-    mut matrix: DMatrix<f64>,
-    structure: &Structure,
-) -> Result<(Vec<Complex<f64>>, EnergyShares), EigenvalueError> {
-    if let Some(motions) = EnergyShares::along_only_axis(spec) {
-        return Ok((poles_of(matrix, structure)?, motions));
-    }
-    let scales = balance(&mut matrix);
-    let eigenvalues = eigenvalues_of_rest(matrix.clone(), &scales, structure)?;
-    let motions = EnergyShares::of_largest(spec, layout, &matrix, &scales, &eigenvalues);
-    Ok((eigenvalues, motions))
 }
 
 /// The eigenvalues of a map that do not follow from structure.

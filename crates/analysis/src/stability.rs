@@ -34,7 +34,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let Switched { switching, distance, found } = switched(&modes);
     left_out.extend(found);
     let each_is_stable = covered.iter().all(|mode| mode.stable);
-    let warnings = warnings(scene, (covered.len(), each_is_stable), (settled, &headline), &left_out);
+    let warnings = warnings(scene, &covered, (settled, &headline), &left_out);
     Ok(Stability {
         spectral_radius,
         stable: whole_verdict(each_is_stable, switching, &left_out),
@@ -63,15 +63,17 @@ pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
     let Switched { switching, distance, .. } = switched(&modes);
-    let warnings = warnings(scene, (modes.len(), each_is_stable), (&modes[settled], headline), &left_out);
     let (states, period_s) = (states(&modes[settled])?, spec.pattern_s());
-    let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
-        contacts: mode.contacts,
+    let mode = |(mode, verdict): (&ContactMode, &LoopStability)| ModeStability {
+        contacts: mode.contacts.clone(),
         spectral_radius: verdict.spectral_radius,
         stable: verdict.stable,
         axis: verdict.axis,
+        toppling_per_s: verdict.toppling_per_s.first().copied(),
     };
-    let modes: Vec<_> = modes.into_iter().zip(&verdicts).map(mode).collect();
+    let judged: Vec<_> = modes.iter().zip(&verdicts).map(mode).collect();
+    let warnings = warnings(scene, &judged, (&modes[settled], headline), &left_out);
+    let modes = judged;
     Ok(Stability {
         spectral_radius: modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max),
         stable: whole_verdict(each_is_stable, switching, &left_out),
@@ -92,6 +94,7 @@ pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
 fn states(ContactMode { spec, .. }: &ContactMode) -> Result<usize, AnalysisError> {
     Ok(if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() })
 }
+
 /// What is known about switching between modes.
 struct Switched {
     switching: Switching,

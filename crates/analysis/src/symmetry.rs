@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 
 use crate::loop_spec::{
-    Action, Body, BodyId, Coupling, Delay, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Body, BodyId, Coupling, Delay, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 use crate::rigid::translates_only_with;
 
@@ -305,7 +305,7 @@ impl<'a> Reduction<'a> {
                 }
                 Force::Held(_) => return None,
             };
-            self.to.actions.push(Action { body, force });
+            self.to.actions.push(AppliedForce { body, force });
         }
         Some(self.to)
     }

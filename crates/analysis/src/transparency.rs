@@ -51,4 +51,4 @@ pub use error::TransparencyError;
 pub use one_line::Reduction;
 pub use stiffness::{EquivalentStiffness, UserStiffness, equivalent_stiffness};
 pub use turning::TurningDamping;
-pub use user_loops::Answer;
+pub use user_loops::AdmittanceQuantity;

@@ -100,11 +100,15 @@ pub struct ModeStability {
     /// Which way things mostly move in the motion that belongs to the largest eigenvalue, by kinetic energy: "x", "y",
     /// "z", or "rx", "ry", "rz" for turning. `None` where that motion cannot be told.
     pub axis: Option<&'static str>,
+    /// How fast a body topples, buckles or slips away in this mode by its statics alone, with perfect devices and no delay, 1/s.
+    /// Such a pole is the mechanics' and not the loop's: it does not count in the spectral radius, as rigid-body poles
+    /// do not. `None` where nothing does.
+    pub toppling_per_s: Option<f64>,
 }
 
 /// A pole that is 1 but for rounding neither grows nor dies out: a body that pivots about what holds it. Something that
 /// grew by less than this a period would take years to be seen.
-const NEUTRAL: f64 = 1e-11;
+pub(crate) const NEUTRAL: f64 = 1e-11;
 
 /// What is known about switching between contact modes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -134,6 +138,9 @@ pub struct LoopStability {
     pub loose_parts: usize,
     /// As in [`ModeStability`].
     pub axis: Option<&'static str>,
+    /// How fast poles of the mechanics themselves grow, 1/s, the fastest first; they are not among the eigenvalues: what
+    /// topples would do so with perfect devices and no delay as well.
+    pub toppling_per_s: Vec<f64>,
     /// The eigenvalues, without the rigid-body poles, of the state in which receivers share samples
     /// ([`crate::loop_spec::LoopSpec::lift_shared`]).
     pub eigenvalues: Vec<Complex<f64>>,

@@ -8,19 +8,19 @@ use crate::compile::ContactMode;
 use crate::left_out::LeftOut;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
 use crate::rigid::has_untied_copies;
-use crate::verdict::LoopStability;
+use crate::verdict::{LoopStability, ModeStability};
 
 /// What the scene has that the verdict does not cover.
 pub(crate) fn warnings(
     scene: &Scene,
-    (modes, each_is_stable): (usize, bool),
+    modes: &[ModeStability],
     (settled, headline): (&ContactMode, &LoopStability),
     left_out: &[LeftOut],
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     warn_of_link(scene, &mut warnings);
-    if modes > 1 {
-        warn_of_modes(scene, each_is_stable, &mut warnings);
+    if modes.len() > 1 {
+        warn_of_modes(scene, modes.iter().all(|mode| mode.stable), &mut warnings);
     }
     warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
@@ -31,6 +31,14 @@ pub(crate) fn warnings(
             "No force ties the copies of an object to each other; each part of the session is judged by itself."
                 .to_owned(),
         );
+    }
+    let topple: Vec<f64> = modes.iter().filter_map(|mode| mode.toppling_per_s).collect();
+    if let Some(fastest_per_s) = topple.iter().copied().reduce(f64::max) {
+        warnings.push(format!(
+            "In {} of {} contact modes a body topples or slips away by its statics alone, with perfect devices and no delay too (up to {fastest_per_s:.3} /s). That leads to another contact mode and does not count.",
+            topple.len(),
+            modes.len()
+        ));
     }
     if headline.loose_parts > 0 {
         warnings.push(

@@ -83,6 +83,7 @@ mod tests {
             "analyze stability --sweep a=0..1:2 --sweep b=0..1:2 --sweep c=0..1:2",
             "analyze stability --sweep a=0..1:2 --sweep a=0..2:2",
             "analyze stability --radius",
+            "analyze stability --check --sweep hand.mass_kg=0.1..1:2",
             "analyze admittance",
             "analyze admittance --frequencies 0..10:5:log",
             "local-model check --kh 1 --int 0 --ko 1 --ratio 0 --returned-force mean",

@@ -12,7 +12,9 @@ mod report;
 mod reproduce;
 mod run;
 mod scene;
+mod settings;
 mod soft;
+mod stretches;
 mod transparency;
 
 use crate::arguments::{Command, Invocation, LocalModel};
@@ -31,8 +33,8 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
         Command::ProbeServe { listen } => probe::serve(*listen, output),
         Command::Probe(probe) => probe::probe(probe, output),
         Command::Replay(replay) => replay::replay(replay, output),
-        Command::Stability { scene, sweeps, with_radius } => match &sweeps[..] {
-            [] => analyze::stability(scene, overrides, output),
+        Command::Stability { scene, sweeps, with_radius, with_check } => match &sweeps[..] {
+            [] => analyze::stability(scene, *with_check, overrides, output),
             [x, rest @ ..] => map::map(scene, x, rest.first(), *with_radius, overrides, output),
         },
         Command::Margin { scene } => margin::margin(scene, overrides, output),

@@ -4,6 +4,8 @@
 //! of the local model, the governor's damping and passivity control, and what the network does to packets. States are kept, so nothing else may: who takes part and
 //! with what, where things are, rates, delays. A change is made outside of the haptic thread, which only swaps it in.
 
+use std::sync::Arc;
+
 use cotouch_host::{HostModel, HostState};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene, SceneValues};
@@ -13,6 +15,7 @@ use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene, SceneValues};
 pub struct HostChange {
     pub(crate) model: HostModel,
     pub(crate) governor: GovernorLimits,
+    pub(crate) scene: Arc<Scene>,
     /// The whole changed scene, for the recording.
     pub(crate) scene_toml: String,
 }
@@ -24,6 +27,7 @@ impl HostChange {
         Self {
             model: HostModel::new(scene, host),
             governor: scene.governor.clone(),
+            scene: Arc::new(scene.clone()),
             scene_toml: cotouch_scene::to_toml(scene),
         }
     }

@@ -47,6 +47,7 @@ mod recording;
 mod recording_thread;
 mod replay;
 mod session_handle;
+mod settings_log;
 mod slow;
 mod slow_thread;
 mod snapshot;
@@ -68,7 +69,9 @@ pub use faults::{DeviceFaults, FaultText};
 pub use joining::full_session_endpoint;
 pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path};
 pub use network_threads::{HapticPort, Inbound, NetworkThreads, Outbound};
-pub use observer::{Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, Shaking};
+pub use observer::{
+    Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, SettingsVerdict, Shaking,
+};
 pub use options::RealTimeOptions;
 pub use pointer::{HeldBy, PointerHandle, Seat, TakeError};
 pub use record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
@@ -83,7 +86,7 @@ pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
     DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, Predicted, RoundTrip, ShakingSummary, SoftSummary, Summary, Unproven,
-    UserSummary,
+    PassivitySummary, Percentiles, Predicted, RoundTripSummary, SettingValue, SettingsSummary,
+    ShakingSummary, SoftSummary, Summary, Unproven, UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

@@ -8,11 +8,18 @@
 //! cannot become quieter. There is one exception: growth that levels off by itself, below every limit, is a limit cycle and is
 //! called shaking from then on.
 //!
+//! Where settings change while a session runs, each set of them is also judged for itself, from a second after the change on:
+//! what the settings before had set off may take so long to die out.
+//!
 //! Bounded memory for a run of any length, and no allocation while it runs.
 
 mod band;
 mod finger;
+mod force;
+mod growth;
+mod sums;
 mod told;
+mod watch;
 
 use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_FINGERS;
@@ -20,20 +27,27 @@ use cotouch_scene::scene::Scene;
 use cotouch_scene::time::Rate;
 
 use self::band::Band;
-use self::finger::FingerObserver;
-pub use self::told::{Diverged, Divergence, LiveVerdict, Rendered, RunVerdict, Shaking};
+use self::finger::FingerFilter;
+use self::force::LEAST_S;
+pub use self::told::{Diverged, Divergence, LiveVerdict, Rendered, RunVerdict, SettingsVerdict, Shaking};
+use self::watch::Watch;
+
+/// After settings have changed, what was shaking may shake for so long without being held against the new ones, s.
+const SETTLING_S: f64 = 1.0;
 
 /// Observes the fingers of one host.
 #[derive(Clone, Debug)]
 pub struct Observer {
     band: Band,
     control: Rate,
-    fingers: ArrayVec<FingerObserver, MAX_FINGERS>,
-    /// By limits, or by the world; growth is looked at when asked.
-    diverged: Option<Diverged>,
-    /// The last tick at which the world was out of its bounds.
-    lost_at: Option<u64>,
-    last_tick: u64,
+    fingers: ArrayVec<FingerFilter, MAX_FINGERS>,
+    /// Of the whole run.
+    run: Watch,
+    /// Since settings changed last, and when that was.
+    settings: Watch,
+    settings_from: u64,
+    /// The tick after the last one.
+    next_tick: u64,
     observed_ticks: u64,
 }
 
@@ -45,77 +59,95 @@ impl Observer {
         Self {
             band: Band::of_scene(scene),
             control,
-            fingers: std::iter::repeat_n(FingerObserver::new(control), fingers).collect(),
-            diverged: None,
-            lost_at: None,
-            last_tick: 0,
+            fingers: std::iter::repeat_n(FingerFilter::new(control), fingers).collect(),
+            run: Watch::new(control, fingers, 0),
+            settings: Watch::new(control, fingers, 0),
+            settings_from: 0,
+            next_tick: 0,
             observed_ticks: 0,
         }
     }
 
     /// One tick, before the session's release; `lost` where the world has left its bounds.
     pub fn observe(&mut self, tick: u64, rendered: impl Iterator<Item = Rendered>, lost: bool) {
-        (self.last_tick, self.observed_ticks) = (tick, self.observed_ticks + 1);
-        let mut cause = lost.then_some((Divergence::OutOfBounds, None));
+        (self.next_tick, self.observed_ticks) = (tick + 1, self.observed_ticks + 1);
+        self.run.observe_world(tick, lost);
+        self.settings.observe_world(tick, lost);
         for (index, (finger, rendered)) in self.fingers.iter_mut().zip(rendered).enumerate() {
-            finger.observe(&self.band, tick, rendered);
-            if finger.is_limited_for_long() {
-                cause = cause.or(Some((Divergence::GovernorLimit, Some(index as u8))));
+            if let Some(seen) = finger.observe(&self.band, rendered) {
+                self.run.observe_finger(tick, index, &seen);
+                self.settings.observe_finger(tick, index, &seen);
             }
         }
-        if lost {
-            self.lost_at = Some(tick);
-        }
-        if let (Some((cause, finger)), None) = (cause, self.diverged) {
-            self.diverged = Some(Diverged { cause, tick, finger });
+    }
+
+    /// Settings change before `tick`. What the run was with those before; what shakes now has a second in which to settle
+    /// before it counts for the next ones. No allocation.
+    pub fn change_settings(&mut self, tick: u64) -> SettingsVerdict {
+        let before = SettingsVerdict { to: tick, ..self.with_present_settings() };
+        // Nothing has to settle before there was anything.
+        let settling = if self.observed_ticks == 0 { 0 } else { self.control.ticks_in(SETTLING_S) };
+        self.settings = Watch::new(self.control, self.fingers.len(), tick + settling);
+        self.settings_from = tick;
+        before
+    }
+
+    /// What the run has been since settings changed last.
+    #[must_use]
+    pub fn with_present_settings(&self) -> SettingsVerdict {
+        let (verdict, judged_ticks) = (self.settings.verdict(), self.settings.judged_ticks());
+        let is_known = verdict != RunVerdict::Quiet || judged_ticks >= self.control.ticks_in(LEAST_S);
+        SettingsVerdict {
+            from: self.settings_from,
+            to: self.next_tick,
+            verdict: is_known.then_some(verdict),
+            shaking: self.settings.shaking().count() as u32,
+            judged_ticks,
         }
     }
 
     /// Of all that was observed.
     #[must_use]
     pub fn verdict(&self) -> RunVerdict {
-        if self.diverged().is_some() {
-            RunVerdict::Diverging
-        } else if self.shaking().next().is_some() {
-            RunVerdict::Shaking
-        } else {
-            RunVerdict::Quiet
-        }
+        self.run.verdict()
     }
 
     /// When and why it diverged first, where it did.
     #[must_use]
     pub fn diverged(&self) -> Option<Diverged> {
-        let growth = |(index, finger): (usize, &FingerObserver)| {
-            let tick = finger.grew_at()?;
-            Some(Diverged { cause: Divergence::Growth, tick, finger: Some(index as u8) })
-        };
-        let grown = self.fingers.iter().enumerate().filter_map(growth);
-        grown.chain(self.diverged).min_by_key(|diverged| diverged.tick)
+        self.run.diverged()
     }
 
     /// When fingers shook, finger by finger.
     pub fn shaking(&self) -> impl Iterator<Item = Shaking> {
-        let period_s = self.control.period_s();
-        let fingers = self.fingers.iter().enumerate();
-        fingers.flat_map(move |(index, finger)| finger.shaking(index as u8, period_s))
+        self.run.shaking()
+    }
+
+    /// Ticks for which every finger was judged: those since the end of the soft start.
+    #[must_use]
+    pub fn judged_ticks(&self) -> u64 {
+        self.run.judged_ticks()
+    }
+
+    /// Ticks that were observed, those of the soft start too.
+    #[must_use]
+    pub fn observed_ticks(&self) -> u64 {
+        self.observed_ticks
     }
 
     /// What goes on now. No allocation.
     #[must_use]
     pub fn now(&self) -> LiveVerdict {
         let second = self.control.ticks_in(1.0);
-        let is_recent = |tick: Option<u64>| tick.is_some_and(|tick| tick + second > self.last_tick);
-        let fingers = || self.fingers.iter();
-        let verdict =
-            if is_recent(self.lost_at) || fingers().any(|finger| is_recent(finger.last_diverging_tick())) {
-                Some(RunVerdict::Diverging)
-            } else if fingers().any(|finger| is_recent(finger.last_shaking_tick())) {
-                Some(RunVerdict::Shaking)
-            } else {
-                (self.observed_ticks >= second).then_some(RunVerdict::Quiet)
-            };
-        LiveVerdict { verdict, fast_force_n: fingers().map(FingerObserver::fast_force_n).fold(0.0, f64::max) }
+        let is_recent = |tick: Option<u64>| tick.is_some_and(|tick| tick + second >= self.next_tick);
+        let verdict = if is_recent(self.run.last_diverging_tick()) {
+            Some(RunVerdict::Diverging)
+        } else if is_recent(self.run.last_shaking_tick()) {
+            Some(RunVerdict::Shaking)
+        } else {
+            (self.observed_ticks >= second).then_some(RunVerdict::Quiet)
+        };
+        LiveVerdict { verdict, fast_force_n: self.run.fast_force_n() }
     }
 }
 
@@ -257,6 +289,32 @@ mod tests {
         };
         assert_eq!(run(4.0, start(0.0, 2.0)).verdict(), RunVerdict::Quiet);
         assert_eq!(run(4.0, start(1.0, 2.0)).verdict(), RunVerdict::Shaking);
+    }
+
+    /// So many seconds of shaking, with settings that change after `change_s`: what the run was with those before, and with
+    /// those after, and all of it.
+    fn changed(seconds: f64, change_s: f64, shakes: impl Fn(f64) -> bool) -> [Option<RunVerdict>; 3] {
+        let mut observer = force(0.0, |_| 0.0);
+        let mut before = None;
+        for tick in 0..(seconds * HZ) as u64 {
+            let t = tick as f64 / HZ;
+            if tick == (change_s * HZ) as u64 {
+                before = observer.change_settings(tick).verdict;
+            }
+            let force_n = DVec3::X * if shakes(t) { sine(40.0, t) } else { 0.0 };
+            observer.observe(tick, std::iter::once(Rendered { force_n, acted: Acted::empty() }), false);
+        }
+        [before, observer.with_present_settings().verdict, Some(observer.verdict())]
+    }
+
+    #[test]
+    fn what_settings_before_have_set_off_has_a_second_to_die_out() {
+        use RunVerdict::{Quiet, Shaking};
+        let shook = |from: f64, to: f64| move |t: f64| (from..to).contains(&t);
+        assert_eq!(changed(9.0, 4.0, shook(2.0, 4.9)), [Some(Shaking), Some(Quiet), Some(Shaking)]);
+        assert_eq!(changed(9.0, 4.0, shook(2.0, 5.6)), [Some(Shaking), Some(Shaking), Some(Shaking)]);
+        assert_eq!(changed(9.0, 4.0, shook(6.0, 8.0)), [Some(Quiet), Some(Shaking), Some(Shaking)]);
+        assert_eq!(changed(5.4, 4.0, shook(2.0, 4.0)), [Some(Shaking), None, Some(Shaking)], "too short");
     }
 
     #[test]

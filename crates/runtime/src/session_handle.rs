@@ -118,11 +118,14 @@ impl SessionHandle {
     }
 
     /// Runs `scene` from the next tick on, if all hosts are in this process and [`HostChange::is_possible`]; whether so.
-    /// Its impairment holds for every way from now on, and the verdict on the run begins anew. Blocks until the change is
+    /// Its impairment holds for every way from now on. Blocks until the change is
     /// made, a few ticks as a rule; before the first tick, it is made with that.
     #[must_use]
     pub fn change(&self, scene: &Scene) -> bool {
         let mut changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
+        if changing.scene == *scene {
+            return true;
+        }
         let hosts = self.hosts();
         if hosts.len() != usize::from(scene.session.users) || !HostChange::is_possible(&changing.scene, scene)
         {

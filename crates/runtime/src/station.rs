@@ -24,6 +24,7 @@ use crate::exchange::RecordSink;
 use crate::faults::DeviceFaults;
 use crate::observer::{Observer, Rendered};
 use crate::record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
+use crate::settings_log::SettingsLog;
 use crate::slow::SlowPort;
 use crate::summary::PassivitySummary;
 
@@ -45,6 +46,7 @@ pub struct Station<D> {
     /// Judges the run.
     pub observer: Observer,
     governor: Governor,
+    settings: SettingsLog,
     /// The way to the simulation of a soft object, where this host has one.
     soft: Option<SlowPort>,
     /// Where surfaces are put together for the recording, so that it allocates nothing.
@@ -152,6 +154,7 @@ impl<D: Device> Station<D> {
             state,
             device,
             observer: Observer::new(scene, fingers),
+            settings: SettingsLog::new(scene),
             governor,
             soft: None,
             surface: SurfaceRecord::default(),
@@ -203,6 +206,7 @@ impl<D: Device> Station<D> {
             device: self.device.clone(),
             observer: self.observer.clone(),
             governor: self.governor.clone(),
+            settings: self.settings.clone(),
             soft: self.soft.as_ref().and_then(SlowPort::fork),
             surface: SurfaceRecord::default(),
             braked_ticks: self.braked_ticks,
@@ -267,10 +271,10 @@ impl<D: Device> Station<D> {
         if change.model.host != self.model.host || !self.state.fits(&change.model) {
             return false;
         }
+        let next_tick = self.state.last_tick.map_or(0, |last| last + 1);
         if let Some(sink) = &mut self.sink {
             let scene_toml = std::mem::take(&mut change.scene_toml);
             let kind = RecordKind::Changed(scene_toml);
-            let next_tick = self.state.last_tick.map_or(0, |last| last + 1);
             let item = RecordItem { host: self.model.host, tick: next_tick, kind };
             sink.record(&item);
             if let RecordKind::Changed(scene_toml) = item.kind {
@@ -278,6 +282,7 @@ impl<D: Device> Station<D> {
             }
         }
         std::mem::swap(&mut self.model, &mut change.model);
+        self.settings.change(&mut change.scene, &mut self.observer, next_tick);
         self.governor = Governor::new(&change.governor, self.device.limits(), self.model.schedule.control());
         true
     }
@@ -452,6 +457,11 @@ impl<D: Device> Station<D> {
         refill(&mut record.finger_energy_j, self.state.ports.iter().map(PortEnergy::energy_j));
         record.touches_wall = output.touches_wall;
         record.diverged = output.diverged;
+    }
+
+    /// With which settings it has run, and what it was like with each.
+    pub(crate) fn settings(&self) -> &SettingsLog {
+        &self.settings
     }
 
     /// Energy that the user has put into the session so far, with all fingers together, J.

@@ -3,6 +3,11 @@
 //! A number that does not exist (a percentile of nothing, the round trip of a link that carried nothing) is `None`,
 //! and so is one that is not finite: both become `null`.
 
+use std::collections::BTreeMap;
+use std::fmt;
+use std::sync::Arc;
+
+use cotouch_scene::Value;
 use cotouch_scene::scene::{Architecture, Scene};
 use hdrhistogram::Histogram;
 use serde::{Deserialize, Serialize};
@@ -28,8 +33,15 @@ pub struct Summary {
     pub diverged: Option<DivergedSummary>,
     /// Who shook, and when.
     pub shaking: Vec<ShakingSummary>,
-    /// What the analysis had said before; `None` when the scene could not be analysed.
+    /// For how long the run was judged, s: since the end of the soft start.
+    pub judged_s: f64,
+    /// What the analysis says of the settings that ran last; `None` when it cannot say anything about the scene.
     pub predicted: Option<Predicted>,
+    /// What the run was with each set of settings, and what the analysis says of each; one where none was changed.
+    pub predictions: Vec<SettingsSummary>,
+    /// Further settings that are not told of one by one.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub predictions_left_out: u32,
     /// The haptic loops, summed over hosts.
     pub haptic: HapticSummary,
     /// The network, summed over hosts.
@@ -63,12 +75,14 @@ pub struct EarlierSession {
     pub stable: bool,
     /// The recording that was written.
     pub recording: Option<String>,
+    /// What it was with each set of settings.
+    pub predictions: Vec<SettingsSummary>,
 }
 
 impl From<&Summary> for EarlierSession {
     fn from(summary: &Summary) -> Self {
-        let Summary { scene, duration_s, verdict, stable, recording, .. } = summary.clone();
-        Self { scene, duration_s, verdict, stable, recording }
+        let Summary { scene, duration_s, verdict, stable, recording, predictions, .. } = summary.clone();
+        Self { scene, duration_s, verdict, stable, recording, predictions }
     }
 }
 
@@ -89,7 +103,10 @@ impl Summary {
             stable: true,
             diverged: None,
             shaking: Vec::new(),
+            judged_s: 0.0,
             predicted: None,
+            predictions: Vec::new(),
+            predictions_left_out: 0,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
             soft: None,
@@ -105,6 +122,83 @@ impl Summary {
     #[must_use]
     pub fn disagrees(&self) -> Option<bool> {
         self.predicted?.stable.map(|stable| stable != self.stable)
+    }
+}
+
+fn is_zero(count: &u32) -> bool {
+    *count == 0
+}
+
+/// A stretch of a run in which settings stayed the same. Settings that were changed again before half a second of them could
+/// be judged are left out, but for the first and the last ones.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct SettingsSummary {
+    /// When it began, s of session time.
+    pub from_s: f64,
+    /// When it was over, or the run was, s of session time.
+    pub to_s: f64,
+    /// By scene key, what differs from what the session began with.
+    pub settings: BTreeMap<String, SettingValue>,
+    /// Whether the analysis calls these settings stable; `None` where that is not proven, or nothing was predicted.
+    pub stable: Option<bool>,
+    /// The largest spectral radius of a contact mode; `None` where nothing was predicted.
+    pub spectral_radius: Option<f64>,
+    /// What the run was from a second after the change on; `None` where that was too short to say.
+    pub verdict: Option<RunVerdict>,
+    /// How often fingers shook then.
+    pub shaking: u32,
+    /// For how long it was judged, s.
+    pub judged_s: f64,
+    /// What ran.
+    #[serde(skip)]
+    pub scene: Option<Arc<Scene>>,
+}
+
+impl SettingsSummary {
+    /// The keys in which `scene` differs from `from`, with its values.
+    #[must_use]
+    pub fn differences(scene: &Scene, from: &Scene) -> BTreeMap<String, SettingValue> {
+        scene.differences(from).into_iter().map(|(key, value)| (key, value.into())).collect()
+    }
+}
+
+/// The value of a scene key.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(untagged)]
+pub enum SettingValue {
+    /// A number, in the unit of its key; a rate that is no decimal number is a fraction, as text.
+    Number(f64),
+    /// Whether something is so.
+    Flag(bool),
+    /// A text, or one of several words.
+    Text(String),
+    /// A vector in the world frame.
+    Vector([f64; 3]),
+}
+
+impl From<Value> for SettingValue {
+    fn from(value: Value) -> Self {
+        match value {
+            Value::Number(number) => Self::Number(number),
+            Value::Count(count) => Self::Number(count as f64),
+            Value::Rate(rate) if rate.denominator() == 1 => Self::Number(rate.hz()),
+            Value::Rate(rate) => Self::Text(rate.to_string()),
+            Value::Text(text) => Self::Text(text),
+            Value::Flag(flag) => Self::Flag(flag),
+            Value::Vector(vector) => Self::Vector(vector.to_array()),
+        }
+    }
+}
+
+/// As in `--set KEY=VALUE`.
+impl fmt::Display for SettingValue {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Number(number) => write!(formatter, "{number}"),
+            Self::Flag(flag) => write!(formatter, "{flag}"),
+            Self::Text(text) => formatter.write_str(text),
+            Self::Vector([x, y, z]) => write!(formatter, "[{x}, {y}, {z}]"),
+        }
     }
 }
 
@@ -225,12 +319,12 @@ pub struct NetworkSummary {
     /// State packets that were sent to a host and never came.
     pub lost: u64,
     /// Round trips of all links together, ms.
-    pub round_trip_ms: RoundTrip,
+    pub round_trip_ms: RoundTripSummary,
 }
 
 /// Mean and scatter of the round trip, ms.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct RoundTrip {
+pub struct RoundTripSummary {
     /// The mean round trip, ms.
     pub mean: Option<f64>,
     /// The standard deviation of the round trip, ms.

@@ -1,5 +1,6 @@
 //! What a run's hosts leave behind, put together into a [`Summary`].
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotouch_device::Device;
@@ -13,11 +14,12 @@ use hdrhistogram::Histogram;
 
 use crate::faults::DeviceFaults;
 use crate::observer::{Diverged, RunVerdict, Shaking};
+use crate::settings_log::SettingsRun;
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
     DeviceFaultSummary, DivergedSummary, HapticSummary, NetworkSummary, ObjectSummary, PassivitySummary,
-    Percentiles, RoundTrip, ShakingSummary, SoftSummary, Summary,
+    Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary, SoftSummary, Summary,
 };
 use crate::timing::Timing;
 
@@ -29,6 +31,9 @@ pub(crate) struct HostRun {
     verdict: RunVerdict,
     diverged: Option<Diverged>,
     shaking: Vec<Shaking>,
+    judged_ticks: u64,
+    settings: Vec<SettingsRun>,
+    settings_left_out: u32,
     peak_force_n: f64,
     energy_j: f64,
     passivity: PassivitySummary,
@@ -46,6 +51,9 @@ impl HostRun {
             verdict: station.observer.verdict(),
             diverged: station.observer.diverged(),
             shaking: station.observer.shaking().collect(),
+            judged_ticks: station.observer.judged_ticks(),
+            settings: station.settings().runs(&station.observer),
+            settings_left_out: station.settings().left_out(),
             peak_force_n: station.peak_force_n(),
             energy_j: station.energy_j(),
             passivity: station.passivity(),
@@ -96,6 +104,10 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.stable = summary.verdict == RunVerdict::Quiet;
     summary.diverged = diverged(scene, runs);
     summary.shaking = shaking(scene, runs);
+    let judged_ticks = runs.iter().map(|run| run.judged_ticks).min().unwrap_or(0);
+    summary.judged_s = judged_ticks as f64 * scene.rates.control_hz.period_s();
+    summary.predictions = predictions(scene, runs);
+    summary.predictions_left_out = runs.iter().map(|run| run.settings_left_out).max().unwrap_or(0);
     summary.haptic = haptic(runs);
     summary.network = network(runs);
     summary.soft = soft(runs);
@@ -149,6 +161,30 @@ fn shaking(scene: &Scene, runs: &[HostRun]) -> Vec<ShakingSummary> {
     runs.iter().flat_map(of).collect()
 }
 
+/// One a set of settings, of all hosts together; the analysis has yet to say something of each.
+fn predictions(scene: &Scene, runs: &[HostRun]) -> Vec<SettingsSummary> {
+    let instant_s = |tick: u64| scene.rates.control_hz.instant(tick).as_secs_f64();
+    let mut stretches: BTreeMap<u64, SettingsSummary> = BTreeMap::new();
+    for SettingsRun { scene: ran, seen } in runs.iter().flat_map(|run| &run.settings) {
+        let judged_s = seen.judged_ticks as f64 * scene.rates.control_hz.period_s();
+        let stretch = stretches.entry(seen.from).or_insert_with(|| SettingsSummary {
+            from_s: instant_s(seen.from),
+            to_s: instant_s(seen.to),
+            settings: SettingsSummary::differences(ran, scene),
+            stable: None,
+            spectral_radius: None,
+            verdict: seen.verdict,
+            shaking: 0,
+            judged_s,
+            scene: Some(Arc::clone(ran)),
+        });
+        stretch.verdict = RunVerdict::worse(stretch.verdict, seen.verdict);
+        stretch.judged_s = stretch.judged_s.min(judged_s);
+        stretch.shaking += seen.shaking;
+    }
+    stretches.into_values().collect()
+}
+
 fn haptic(runs: &[HostRun]) -> HapticSummary {
     let total = |count: fn(&Timing) -> u64| runs.iter().map(|run| count(&run.timing)).sum::<u64>();
     let (ticks, missed) = (total(|timing| timing.ticks), total(|timing| timing.missed));
@@ -195,7 +231,7 @@ fn network(runs: &[HostRun]) -> NetworkSummary {
 }
 
 /// Mean and standard deviation of all round trips of all links together.
-fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTrip {
+fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTripSummary {
     let (mut count, mut sum, mut squares) = (0.0, 0.0, 0.0);
     for link in links {
         let trips = link.round_trip;
@@ -205,10 +241,10 @@ fn round_trip<'a>(links: impl Iterator<Item = &'a LinkStatistics>) -> RoundTrip 
         squares += n * (jitter * jitter + mean * mean);
     }
     if count == 0.0 {
-        return RoundTrip::default();
+        return RoundTripSummary::default();
     }
     let mean = sum / count;
-    RoundTrip { mean: Some(mean), rms_jitter: Some((squares / count - mean * mean).max(0.0).sqrt()) }
+    RoundTripSummary { mean: Some(mean), rms_jitter: Some((squares / count - mean * mean).max(0.0).sqrt()) }
 }
 
 fn objects(scene: &Scene, run: &HostRun) -> Vec<ObjectSummary> {

@@ -7,7 +7,7 @@ use crate::keys::parts::IMPAIRMENT;
 use crate::keys::scene::{LINK_IMPAIRMENT, SCENE};
 use crate::scene::{Impairment, Scene, SceneValues};
 use crate::value::{Value, plain};
-use crate::{meshes, ranges, unknown, users};
+use crate::{meshes, ranges, reference, unknown, users};
 
 impl SceneValues {
     /// The value of a dotted key such as `coupling.hand_object.stiffness_n_per_m`; nothing when no scene has that key
@@ -24,6 +24,17 @@ impl SceneValues {
     #[must_use]
     pub fn number(&self, key: &str) -> Option<f64> {
         self.get(key)?.number()
+    }
+
+    /// The dotted keys whose values differ from those of `other`, with the values here; lists such as `[[user]]` are not looked at.
+    #[must_use]
+    pub fn differences(&self, other: &Self) -> Vec<(String, Value)> {
+        let keys = reference::keys().into_iter().map(|key| key.name);
+        let differing = keys.filter_map(|key| {
+            let value = self.get(&key)?;
+            (other.get(&key).as_ref() != Some(&value)).then_some((key, value))
+        });
+        differing.collect()
     }
 }
 

@@ -6,11 +6,12 @@ use nalgebra::Complex;
 
 use super::hands::{Hand, held};
 use crate::compile::compile_at;
+use crate::eigenvalues::spectral_radius;
 use crate::independent::parts;
 use crate::loop_spec::{Body, LoopSpec};
 use crate::operating_point::{Arrangement, Reach};
 use crate::poles::judge;
-use crate::verdict::AnalysisError;
+use crate::verdict::{AnalysisError, is_stable};
 
 /// Contacts that are closed, and how hands are held meanwhile.
 #[derive(Clone, Debug)]
@@ -29,10 +30,13 @@ pub(super) struct Judged {
     /// or of all where it is unstable. Slow ones that die out without swinging hide what a change of contacts does.
     pub(super) nearness: f64,
     pub(super) axis: Option<&'static str>,
+    /// As in [`ModeStability`](crate::verdict::ModeStability).
+    pub(super) toppling_per_s: Option<f64>,
 }
 
 impl Judged {
-    const NONE: Self = Self { spectral_radius: 0.0, stable: true, nearness: 0.0, axis: None };
+    const NONE: Self =
+        Self { spectral_radius: 0.0, stable: true, nearness: 0.0, axis: None, toppling_per_s: None };
 
     fn and(self, other: Self) -> Self {
         Self {
@@ -40,6 +44,10 @@ impl Judged {
             stable: self.stable && other.stable,
             nearness: self.nearness.max(other.nearness),
             axis: if other.spectral_radius > self.spectral_radius { other.axis } else { self.axis },
+            toppling_per_s: [self.toppling_per_s, other.toppling_per_s]
+                .into_iter()
+                .flatten()
+                .reduce(f64::max),
         }
     }
 }
@@ -115,26 +123,21 @@ pub(super) fn judge_candidate(
     parts.iter().try_fold(Judged::NONE, |worst, part| Ok(worst.and(judge_part(part, with_axis)?)))
 }
 
+/// What is loose in a contact drifts along the surface, as a finger does that touches nothing: it does not count.
 fn judge_part(part: &LoopSpec, with_axis: bool) -> Result<Judged, AnalysisError> {
     let verdict = judge(part, with_axis)?;
-    if !verdict.spectral_radius.is_finite() || (verdict.spectral_radius - 1.0).abs() < 1e-7 {
-        eprintln!(
-            "PART {:?} radius {:e} loose {}",
-            Movers::of(part),
-            verdict.spectral_radius - 1.0,
-            verdict.loose_parts
-        );
-    }
+    let touched = Movers::of(part);
+    let drifts = !touched.hands.is_empty() && !touched.bodies.is_empty();
+    let counted = verdict.eigenvalues.len() - if drifts { verdict.loose_parts } else { 0 };
+    let poles = &verdict.eigenvalues[..counted];
+    let spectral_radius = if poles.is_empty() { verdict.spectral_radius } else { spectral_radius(poles) };
+    let stable = is_stable(spectral_radius, if drifts { 0 } else { verdict.loose_parts });
     let slowest = (std::f64::consts::TAU * SWINGS_HZ * part.pattern_s()).min(0.5);
     let swings = |pole: &&Complex<f64>| pole.arg().abs() >= slowest;
-    let swinging = verdict.eigenvalues.iter().filter(swings).map(|pole| pole.norm()).fold(0.0, f64::max);
-    let nearness = if verdict.stable { swinging } else { verdict.spectral_radius.max(1.0) };
-    Ok(Judged {
-        spectral_radius: verdict.spectral_radius,
-        stable: verdict.stable,
-        nearness,
-        axis: verdict.axis,
-    })
+    let swinging = poles.iter().filter(swings).map(|pole| pole.norm()).fold(0.0, f64::max);
+    let nearness = if stable { swinging } else { spectral_radius.max(1.0) };
+    let toppling_per_s = verdict.toppling_per_s.first().copied();
+    Ok(Judged { spectral_radius, stable, nearness, axis: verdict.axis, toppling_per_s })
 }
 
 /// The worst of several.

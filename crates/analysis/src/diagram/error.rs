@@ -106,7 +106,9 @@ pub enum DiagramError {
     #[error("two states are called {0}; every state needs its own name")]
     Duplicate(String),
     /// Subsystem resampling needs nested rates.
-    #[error("subsystem resampling (thesis (4.1) – (4.11)) does not apply: {0}; the other routes do")]
+    #[error(
+        "subsystem resampling (Fotoohi Ghiam 2006, (4.1) – (4.11)) does not apply: {0}; the other routes do"
+    )]
     NotNested(String),
     /// No eigenvalues.
     #[error(transparent)]

@@ -73,7 +73,7 @@ impl Block {
 }
 
 /// Of two whole numbers above 0.
-pub(super) const fn least_common_multiple(one: u64, other: u64) -> u64 {
+pub(crate) const fn least_common_multiple(one: u64, other: u64) -> u64 {
     let (mut a, mut b) = (one, other);
     while b != 0 {
         (a, b) = (b, a % b);

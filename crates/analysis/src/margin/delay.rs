@@ -10,6 +10,7 @@ use crate::modes::contact_modes;
 use crate::poles::analyze_loop;
 use crate::soft::Bodies;
 use crate::sweep::SweepError;
+use crate::variants::Variants;
 
 /// The longest delay that a scene can have, network periods.
 const LONGEST: u32 = 64;
@@ -28,13 +29,14 @@ pub(super) fn margin(scene: &Scene) -> Result<Found<f64>, SweepError> {
 }
 
 fn scheduled(scene: &Scene) -> Result<Found<f64>, SweepError> {
+    let variants = Variants::default();
     let mut whole = scene.link.delay_periods;
     loop {
         let next = whole + 1;
         if next > LONGEST {
             return Ok(Err(no_limit()));
         }
-        match is_stable(&with_override(scene, "link.delay_periods", f64::from(next))?)? {
+        match is_stable(&variants, &with_override(scene, "link.delay_periods", f64::from(next))?)? {
             Some(true) => whole = next,
             Some(false) => break,
             None => return Ok(Err(too_large(&format!("{next} network periods")))),

@@ -3,8 +3,8 @@
 use cotouch_scene::Scene;
 use serde::Serialize;
 
-use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
+use crate::variants::Variants;
 
 /// Serialises to the document of `cotouch analyze margin`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -24,8 +24,13 @@ pub struct Margins {
     pub loss_rate: Option<f64>,
     /// Every spring and damper that acts and is not 0.
     pub gains: Vec<GainMargin>,
-    /// The network rate and the haptic rate.
+    /// The network rate and the haptic rate, each lowered alone.
     pub rates: Vec<RateMargin>,
+    /// The haptic rate down to which the scene stays stable where the network rate is lowered by the same factor (one bus
+    /// that carries both), Hz; `None` where no limit was found, which `notes` tells.
+    pub rates_together_hz: Option<f64>,
+    /// The same over the scene's haptic rate.
+    pub rates_together_factor: Option<f64>,
     /// What to know about these numbers, in plain sentences.
     pub notes: Vec<String>,
 }
@@ -48,10 +53,9 @@ pub struct GainMargin {
 pub struct RateMargin {
     /// A scene key.
     pub key: String,
-    /// The lowest rate down to which the scene stays stable, among those with a whole number N of haptic ticks a
-    /// network step: the network rate as haptic rate over N with N rising, the haptic rate as N times the network rate
-    /// with N falling. `None` where no such rate was found to be too low. A delay in network periods takes longer
-    /// at a lower network rate.
+    /// The rate at which, from the scene's downwards, it first turns unstable, Hz, to 1e-3 of it; rates are looked at
+    /// down to 1/64, but the haptic rate no lower than the network rate. `None` where no limit was found: `notes` says how low
+    /// it was looked. A delay in network periods takes longer at a lower network rate.
     pub hz: Option<f64>,
     /// `hz` over the scene's rate.
     pub factor: Option<f64>,
@@ -67,9 +71,9 @@ pub(super) fn go_on(wanted: bool) -> Result<(), SweepError> {
 pub(super) type Found<T> = Result<T, String>;
 
 /// Whether a variant of a scene is stable; `None` where it is too large to be analysed.
-pub(super) fn is_stable(scene: &Scene) -> Result<Option<bool>, SweepError> {
-    match analyze_settled(scene) {
-        Ok(verdict) => Ok(Some(verdict.each_mode_is_stable())),
+pub(super) fn is_stable(variants: &Variants, scene: &Scene) -> Result<Option<bool>, SweepError> {
+    match variants.verdict(scene) {
+        Ok(found) => Ok(Some(found.verdict.stable)),
         Err(error) if error.is_too_large() => Ok(None),
         Err(error) => Err(error.into()),
     }

@@ -10,7 +10,7 @@ use super::closed_body::ClosedBodies;
 use super::local_laws::HostLaw;
 use super::slow_body::SlowBody;
 use super::touched::{Finger, Touched, touched_body};
-use crate::diagram::{DiagramError, Route};
+use crate::diagram::{DiagramError, LiftRoute};
 use crate::dof::motion_quantities;
 use crate::eigenvalues::{eigenvalues, spectral_radius};
 use crate::local_model::{HandImpedance as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
@@ -258,14 +258,14 @@ fn the_routes_agree_on_soft_bodies() {
 
 fn assert_routes_agree(of: &LoopSpec, nested: bool, label: &str) {
     let expected = of.lift().unwrap();
-    for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+    for route in [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling] {
         match of.lift_by(route) {
             Ok(map) => {
                 assert_eq!(map.coordinates, expected.coordinates);
                 let error = (&map.matrix - &expected.matrix).amax();
                 assert!(error <= 1e-10 * expected.matrix.amax(), "{label} {route:?}: {error}");
             }
-            Err(DiagramError::NotNested(_)) if route == Route::Resampling && !nested => {}
+            Err(DiagramError::NotNested(_)) if route == LiftRoute::Resampling && !nested => {}
             Err(error) => panic!("{label} {route:?}: {error}"),
         }
     }

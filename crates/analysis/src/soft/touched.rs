@@ -10,7 +10,7 @@ use nalgebra::DMatrix;
 use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
 use crate::loop_spec::{
-    Action, Block, BlockId, BodyId, Coupling, Delay, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Block, BlockId, BodyId, Coupling, Delay, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 
 /// A finger slot.
@@ -123,7 +123,7 @@ impl Session<'_> {
     }
 
     /// On own fingers, and sent back to those of others where one host has the only body.
-    fn forces_on_fingers(&mut self) -> Vec<Action> {
+    fn forces_on_fingers(&mut self) -> Vec<AppliedForce> {
         let mut forces = LoopSpec::new(self.of.spec.schedule);
         for index in 0..self.worlds.len() {
             for (contact, &(slot, Finger { user, finger })) in self.of.touching.clone().iter().enumerate() {

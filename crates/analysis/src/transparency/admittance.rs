@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::error::TransparencyError;
 use super::one_line::Reduction;
 use super::response;
-use super::user_loops::{Answer, Ideal, UserLoop, UserLoops};
+use super::user_loops::{AdmittanceQuantity, Ideal, UserLoop, UserLoops};
 use crate::poles::analyze_loop;
 
 /// What users feel over frequency; serialises to the document of `cotouch analyze admittance`.
@@ -18,7 +18,7 @@ pub struct Admittance {
     /// Where it was evaluated.
     pub frequency_rad_s: Vec<f64>,
     /// What answers to the force.
-    pub quantity: Answer,
+    pub quantity: AdmittanceQuantity,
     /// Every user, the others absent, in the order of the scene.
     pub users: Vec<UserAdmittance>,
     /// Of the first user; around a rigid object, of all.
@@ -95,7 +95,7 @@ pub fn admittance(scene: &Scene, frequencies_rad_s: &[f64]) -> Result<Admittance
 
 fn user_admittance(
     user: UserLoop,
-    quantity: Answer,
+    quantity: AdmittanceQuantity,
     frequencies_rad_s: &[f64],
 ) -> Result<UserAdmittance, TransparencyError> {
     let UserLoop { name, held, ideal } = user;
@@ -116,11 +116,11 @@ fn user_admittance(
         let per_second = Complex::new(0.0, frequency);
         let velocity = response::fundamental(&held, frequency)?;
         let (slow_rate, fundamental, impedance) = match quantity {
-            Answer::Velocity => {
+            AdmittanceQuantity::Velocity => {
                 let slow_rate = response::slow_rate(&held, 1, frequency)?;
                 (slow_rate, velocity, slow_rate.inv())
             }
-            Answer::Position => {
+            AdmittanceQuantity::Position => {
                 let slow_rate = response::slow_rate(&held, 0, frequency)?;
                 (slow_rate, velocity / per_second, (slow_rate * per_second).inv())
             }
@@ -136,12 +136,16 @@ fn user_admittance(
 }
 
 /// `m·s + b + k/s`.
-fn ideal_admittance(ideal: Ideal, quantity: Answer, frequencies_rad_s: &[f64]) -> IdealAdmittance {
+fn ideal_admittance(
+    ideal: Ideal,
+    quantity: AdmittanceQuantity,
+    frequencies_rad_s: &[f64],
+) -> IdealAdmittance {
     let Ideal { mass_kg, damping_n_s_per_m: damping, stiffness_n_per_m: stiffness } = ideal;
     let answer = |&frequency: &f64| {
         let per_second = Complex::new(0.0, frequency);
         let velocity = (per_second * mass_kg + damping + per_second.inv() * stiffness).inv();
-        if quantity == Answer::Velocity { velocity } else { velocity / per_second }
+        if quantity == AdmittanceQuantity::Velocity { velocity } else { velocity / per_second }
     };
     let answers: Vec<_> = frequencies_rad_s.iter().map(answer).collect();
     IdealAdmittance {

@@ -7,7 +7,8 @@ use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use glam::DVec3;
 
 use crate::loop_spec::{
-    Action, Block, BlockId, Body, BodyId, Coupling, Dof, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Block, BlockId, Body, BodyId, Coupling, Dof, Force, Line, LineId, LoopSpec, Motion, Signal,
+    Term,
 };
 
 /// A loop, and the bodies of it on which a user's force acts.
@@ -161,7 +162,7 @@ struct Sources {
 }
 
 impl Sources {
-    fn of_action(spec: &LoopSpec, action: &Action) -> Self {
+    fn of_action(spec: &LoopSpec, action: &AppliedForce) -> Self {
         let mut sources = Self::default();
         match &action.force {
             Force::Coupling(coupling) => sources.add_coupling(spec, coupling),
@@ -245,11 +246,11 @@ impl Places {
         Coupling { components: coupling.components, terms: acting(coupling).map(term).collect() }
     }
 
-    fn action(&self, action: &Action) -> Action {
+    fn action(&self, action: &AppliedForce) -> AppliedForce {
         let force = match &action.force {
             Force::Coupling(coupling) => Force::Coupling(self.coupling(coupling)),
             Force::Held(line) => Force::Held(LineId(new_place(&self.lines, line))),
         };
-        Action { body: self.body(action.body), force }
+        AppliedForce { body: self.body(action.body), force }
     }
 }

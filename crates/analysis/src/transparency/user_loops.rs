@@ -15,7 +15,7 @@ use crate::soft::UserTouch;
 /// What answers to the force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Answer {
+pub enum AdmittanceQuantity {
     /// In free motion, m/s per N.
     Velocity,
     /// Against a wall or on a soft object, m per N.
@@ -26,7 +26,7 @@ pub enum Answer {
 pub(super) struct UserLoops {
     /// In the order of the scene.
     pub(super) users: Vec<UserLoop>,
-    pub(super) quantity: Answer,
+    pub(super) quantity: AdmittanceQuantity,
     pub(super) reduction: Reduction,
     /// What was left out or changed, in plain sentences.
     pub(super) notes: Vec<String>,
@@ -69,7 +69,11 @@ impl UserLoops {
         });
         Ok(Self {
             users: users.collect(),
-            quantity: if scene.wall.exists() { Answer::Position } else { Answer::Velocity },
+            quantity: if scene.wall.exists() {
+                AdmittanceQuantity::Position
+            } else {
+                AdmittanceQuantity::Velocity
+            },
             reduction: line.reduction,
             notes: line.notes,
         })
@@ -89,7 +93,7 @@ impl UserLoops {
                      without the body's mass.";
         Ok(Some(Self {
             users: users.collect(),
-            quantity: Answer::Position,
+            quantity: AdmittanceQuantity::Position,
             reduction: Reduction::None,
             notes: std::iter::once(along.to_owned()).chain(note).collect(),
         }))

@@ -1,7 +1,7 @@
 //! Diagrams written by hand, against closed forms; and what is refused.
 
 use cotouch_analysis::diagram::{
-    Clock, Diagram, DiagramBlock, DiagramBlockId, DiagramError, Element, Law, Plant, Route, Sampled, Time,
+    Clock, Diagram, DiagramBlock, DiagramBlockId, DiagramError, Element, Law, LiftRoute, Plant, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::Estimate;
 use cotouch_analysis::{eigenvalues, spectral_radius};
@@ -10,7 +10,7 @@ use cotouch_world::LinearBlock;
 use nalgebra::{DMatrix, dmatrix};
 use proptest::prelude::*;
 
-const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
+const ROUTES: [LiftRoute; 3] = [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling];
 
 fn time(text: &str) -> Time {
     text.parse().unwrap()
@@ -77,10 +77,10 @@ fn a_delay_of_part_of_a_period_splits_the_hold() {
         expected.view_mut((0, 2), (2, 1)).copy_from(&old);
         expected.view_mut((2, 0), (1, 2)).copy_from(&gain);
         let diagram = delayed_pd(mass, k, b, delay);
-        for route in [Route::Stepping, Route::StateSpace] {
+        for route in [LiftRoute::Stepping, LiftRoute::StateSpace] {
             assert!((diagram.lift(route).unwrap().matrix - &expected).amax() < 1e-12 * expected.amax());
         }
-        let refused = diagram.lift(Route::Resampling).unwrap_err();
+        let refused = diagram.lift(LiftRoute::Resampling).unwrap_err();
         assert!(
             matches!(&refused, DiagramError::NotNested(why) if why == "pd is used a part of a period later"),
             "{refused}"
@@ -142,7 +142,7 @@ fn resampling_says_why_it_does_not_apply() {
     let with = |clock| {
         let mut diagram = fine();
         diagram.sampled("odd", Sampled::zero_order_hold(clock, 1));
-        diagram.lift(Route::Resampling).unwrap_err().to_string()
+        diagram.lift(LiftRoute::Resampling).unwrap_err().to_string()
     };
     let (period, half) = (time("0.002"), time("0.001"));
     assert!(with(Clock::with_phase(period, half)).contains("odd has a phase"));
@@ -190,7 +190,7 @@ fn too_many_instants_are_refused() {
     assert_refused(&alone, &["mean", "1000000 instants within 1 s"]);
     let mut diagram = fine();
     diagram.sampled("way", Sampled::delay(Clock::every(time("0.001")), 1, time("1/999999999989")));
-    assert!(diagram.lift(Route::StateSpace).is_ok());
+    assert!(diagram.lift(LiftRoute::StateSpace).is_ok());
     diagram.sampled("other way", Sampled::delay(Clock::every(time("0.001")), 1, time("1/999999999961")));
     assert_refused(&diagram, &["other way", "simpler fractions"]);
     let mut diagram = fine();
@@ -280,7 +280,7 @@ fn what_does_not_fit_together_is_refused() {
 fn what_outgrows_floating_point_has_no_radius() {
     let mut diagram = fine();
     diagram.plant("explosion", Plant { a: dmatrix![9e8], b: dmatrix![1.0], c: dmatrix![1.0] });
-    assert_eq!(diagram.lift(Route::Stepping).unwrap().states.len(), 3);
+    assert_eq!(diagram.lift(LiftRoute::Stepping).unwrap().states.len(), 3);
     assert!(matches!(diagram.spectral_radius(), Err(DiagramError::Eigenvalues(_))));
 }
 

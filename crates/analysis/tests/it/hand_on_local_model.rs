@@ -1,6 +1,6 @@
 //! A hand that is free to move on a local model: one loop, against closed forms, the loop written out, and simulation.
 
-use cotouch_analysis::diagram::Route;
+use cotouch_analysis::diagram::LiftRoute;
 use cotouch_analysis::local_model::{
     ContactSides, HandImpedance, LocalModelError, PiLocalModel, Simulation, SimulationLoop, SimulationState,
     Threshold, hand_on_local_model, hand_spectral_radius,
@@ -14,7 +14,7 @@ use nalgebra::{Complex, DMatrix, DVector};
 
 use crate::local_models::characteristic_of_map;
 
-const ROUTES: [Route; 3] = [Route::Stepping, Route::StateSpace, Route::Resampling];
+const ROUTES: [LiftRoute; 3] = [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling];
 const FORCES: [ReturnedForce; 3] = [ReturnedForce::First, ReturnedForce::Mean, ReturnedForce::Last];
 const HOLDS: [SurfaceHold; 2] = [SurfaceHold::Zero, SurfaceHold::First];
 const STILL: HandImpedance = HandImpedance { mass_kg: 1e12, damping_n_s_per_m: 0.0, stiffness_n_per_m: 0.0 };
@@ -181,7 +181,7 @@ fn weights_are_taken_as_they_are() {
     assert_eq!(weighted(&[1.0, 0.0, 0.0, 0.0]), named(ReturnedForce::First));
     assert_eq!(weighted(&[0.25; 4]), named(ReturnedForce::Mean));
     assert_eq!(weighted(&[0.0, 0.0, 0.0, 1.0]), named(ReturnedForce::Last));
-    let map = |weights: &[f64]| weighted(weights).lift_by(Route::Resampling).unwrap().matrix;
+    let map = |weights: &[f64]| weighted(weights).lift_by(LiftRoute::Resampling).unwrap().matrix;
     // The map is linear in the weights.
     let blend = map(&[0.5, 0.125, 0.125, 0.25]);
     let sum = map(&[1.0, 0.0, 0.0, 0.0]) * 0.375 + map(&[0.25; 4]) * 0.5 + map(&[0.0, 0.0, 0.0, 1.0]) * 0.125;

@@ -14,6 +14,7 @@ mod pushed;
 mod routes;
 mod seed_values;
 mod soft_transparency;
+mod toppling;
 mod transparency;
 mod written_out;
 mod written_out_grasp;

@@ -90,33 +90,143 @@ fn the_delay_may_grow_so_far() {
     }
 }
 
+/// The scene with so many times its rates; their ratio is that of the smallest whole numbers within 2e-4 of it.
+fn with_rates(scene: &Scene, control: f64, network: f64) -> Scene {
+    let ratio = scene.rates.control_hz.hz() * control / (scene.rates.network_hz.hz() * network);
+    let nearest = |q: u64| ((ratio * q as f64).round() as u64, q);
+    let is_near = |&(p, q): &(u64, u64)| (p as f64 / q as f64 / ratio - 1.0).abs() < 2e-4;
+    let (p, q) = (1..).map(nearest).find(is_near).unwrap();
+    let micro_hz = (1e6 * scene.rates.control_hz.hz() * control).round() as u64;
+    edited(scene, |scene| {
+        scene.rates.control_hz = Rate::new(micro_hz, 1_000_000).unwrap();
+        scene.rates.network_hz = Rate::new(micro_hz * q, 1_000_000 * p).unwrap();
+    })
+}
+
+/// Which rates a limit is of: how much of each is left where `factor` is left.
+type Lowered = fn(f64) -> (f64, f64);
+
+fn limits(margins: &Margins) -> Vec<(Option<f64>, Lowered)> {
+    let [network, control] = &margins.rates[..] else { panic!("{margins:?}") };
+    assert_eq!([&network.key[..], &control.key[..]], ["rates.network_hz", "rates.control_hz"]);
+    vec![
+        (network.factor, |factor| (1.0, factor)),
+        (control.factor, |factor| (factor, 1.0)),
+        (margins.rates_together_factor, |factor| (factor, factor)),
+    ]
+}
+
 #[test]
 fn rates_may_sink_so_far() {
+    let mut found = 0;
     for scene in scenes() {
-        for margin in of(&scene).rates {
-            let present = scene.number(&margin.key).unwrap();
-            let (Some(hz), Some(factor)) = (margin.hz, margin.factor) else { continue };
-            assert!((hz - factor * present).abs() < 1e-9 && hz <= present);
-            let verdict = |ratio: u64| {
-                let scene = edited(&scene, |scene| {
-                    if margin.key == "rates.network_hz" {
-                        scene.rates.network_hz = Rate::new(1024, ratio).unwrap();
-                    } else {
-                        scene.rates.control_hz = Rate::new(128 * ratio, 1).unwrap();
-                    }
-                });
-                is_stable(&scene)
+        let margins = of(&scene);
+        let [network, control] = &margins.rates[..] else { panic!("{margins:?}") };
+        for (margin, present) in [(network, 128.0), (control, 1024.0)] {
+            assert_eq!(margin.hz, margin.factor.map(|factor| factor * present));
+        }
+        assert_eq!(margins.rates_together_hz, margins.rates_together_factor.map(|factor| factor * 1024.0));
+        for (factor, lowered) in limits(&margins) {
+            let Some(factor) = factor else { continue };
+            let verdict = |factor: f64| {
+                let (control, network) = lowered(factor);
+                is_stable(&with_rates(&scene, control, network))
             };
-            let (at, beyond) = if margin.key == "rates.network_hz" {
-                let ratio = (1024.0 / hz).round() as u64;
-                (ratio, ratio + 1)
-            } else {
-                let ratio = (hz / 128.0).round() as u64;
-                (ratio, ratio - 1)
-            };
-            assert!(verdict(at) && !verdict(beyond), "{margin:?}");
+            assert!(verdict(1.001 * factor) && !verdict(0.999 * factor), "{factor} {margins:?}");
+            // Stable all the way.
+            for step in 1..20 {
+                assert!(verdict((1.001 * factor).powf(f64::from(step) / 20.0)), "{step} {margins:?}");
+            }
+            found += 1;
         }
     }
+    assert!(found >= 6, "{found}");
+}
+
+#[test]
+fn a_mass_on_a_sampled_spring_and_damper_may_be_sampled_as_slowly_as_the_closed_form_says() {
+    // Under hold, it settles iff T·k < 2·b and T·b < 2·m.
+    for (stiffness, damping, mass, limit_hz) in [(1000.0, 1.0, 0.2, 500.0), (100.0, 20.0, 0.05, 200.0)] {
+        let scene = edited(&table_6_1(Architecture::Distributed), |scene| {
+            scene.hand.stiffness_n_per_m = 100.0;
+            scene.hand.damping_n_s_per_m = 1.0;
+            scene.object.mass_kg = mass;
+            scene.object.damping_n_s_per_m = 0.0;
+            scene.wall.stiffness_n_per_m = stiffness;
+            scene.wall.damping_n_s_per_m = damping;
+            scene.wall.sides = WallSides::Two;
+            scene.coupling.hand_object = spring(0.0, 0.0);
+            scene.coupling.remote_hand_object = spring(0.0, 0.0);
+            scene.coupling.object_object = spring(0.0, 0.0);
+        });
+        let margins = of(&scene);
+        let near = |hz: Option<f64>| hz.is_some_and(|hz| (hz / limit_hz - 1.0).abs() < 5e-4);
+        assert!(near(margins.rates[1].hz) && near(margins.rates_together_hz), "{limit_hz} {margins:?}");
+        assert_eq!(margins.rates[0].hz, None, "nothing is read over the network");
+        assert!(
+            margins.notes.iter().any(|note| note.contains("rates.network_hz") && note.contains("2.000 Hz"))
+        );
+    }
+}
+
+fn parsed(text: &str) -> Scene {
+    cotouch_scene::parse(text, "test", None, &[]).unwrap()
+}
+
+/// A leader's hand and a follower on one bus, with one spring and damper between them.
+const BUS: &str = r#"
+space = "line"
+session = { architecture = "centralized", users = 2 }
+rates = { control_hz = 1000, network_hz = 1000 }
+link = { delay_periods = 1 }
+hand = { mass_kg = 0.05, damping_n_s_per_m = 0.5 }
+object = { mass_kg = 0.05, damping_n_s_per_m = 0.5 }
+[coupling]
+hand_object = { stiffness_n_per_m = 0, damping_n_s_per_m = 0 }
+remote_hand_object = { stiffness_n_per_m = 300, damping_n_s_per_m = 4 }
+"#;
+
+/// A hand on a heavy object, and a second one that is tied to nothing.
+const HAND: &str = r#"
+space = "line"
+session = { users = 2 }
+rates = { control_hz = 1000, network_hz = 100 }
+link = { delay_periods = 0 }
+hand = { mass_kg = 0.1, damping_n_s_per_m = 1 }
+object = { mass_kg = 1000 }
+[coupling]
+hand_object = { stiffness_n_per_m = 1500, damping_n_s_per_m = 0.2 }
+remote_hand_object = { stiffness_n_per_m = 0, damping_n_s_per_m = 0 }
+object_object = { stiffness_n_per_m = 0, damping_n_s_per_m = 0 }
+"#;
+
+#[test]
+fn rates_of_one_bus_sink_together() {
+    let margins = of(&parsed(BUS));
+    let together = margins.rates_together_hz.unwrap();
+    // From the eigenvalues of the six states written out by hand, the object's damper held between ticks as in a session.
+    assert!((together - 123.844).abs() < 0.01, "{together}");
+    let factor = |margins: &Margins| {
+        let gain =
+            margins.gains.iter().find(|gain| gain.key.starts_with("coupling.remote_hand_object.stiff"));
+        gain.unwrap().factor.unwrap()
+    };
+    assert!((factor(&margins) - 13.637).abs() < 1e-3);
+    let at_500_hz = with_rates(&parsed(BUS), 0.5, 0.5);
+    assert!((factor(&of(&at_500_hz)) - 6.529).abs() < 1e-3);
+    // The haptic rate alone cannot be lower than the bus's.
+    assert_eq!(margins.rates[1].hz, None);
+    assert!(margins.notes.iter().any(|note| note.contains("cannot be lower than rates.network_hz")));
+}
+
+#[test]
+fn a_limit_lies_between_whole_ratios_of_rates() {
+    let margins = of(&parsed(HAND));
+    let control = margins.rates[1].hz.unwrap();
+    assert!((control - 623.43).abs() < 0.05, "{control}");
+    let single_axis = cotouch_scene::load("single-axis", &[]).unwrap();
+    assert!(is_stable(&with_rates(&single_axis, 140.0 / 1024.0, 1.0)));
+    assert!(of(&single_axis).rates[1].hz.is_none_or(|hz| hz < 140.0));
 }
 
 #[test]

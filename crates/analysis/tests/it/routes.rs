@@ -2,7 +2,7 @@
 
 use cotouch_analysis::compile;
 use cotouch_analysis::diagram::{
-    Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, Plant, Route, Sampled, Time,
+    Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, LiftRoute, Plant, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::{
     Block, Body, Coupling, Delay, Dynamics, Estimate, LINE, LoopSpec, Motion, Term,
@@ -48,12 +48,13 @@ fn assert_routes_agree(spec: &LoopSpec, is_nested: bool) -> Result<(), TestCaseE
     let diagram = spec.to_diagram().unwrap();
     let names: Vec<_> = expected.coordinates.iter().map(ToString::to_string).collect();
     prop_assert_eq!(diagram.states().unwrap(), names);
-    for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+    for route in [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling] {
         match diagram.lift(route) {
             Ok(map) => assert_close(&map.matrix, &expected.matrix)?,
             Err(error) => {
                 let is_allowed =
-                    matches!((route, &error), (Route::Resampling, DiagramError::NotNested(_))) && !is_nested;
+                    matches!((route, &error), (LiftRoute::Resampling, DiagramError::NotNested(_)))
+                        && !is_nested;
                 prop_assert!(is_allowed, "{}", error);
             }
         }
@@ -268,14 +269,14 @@ fn a_phase_is_written_as_weights_that_begin_with_zeros() {
     diagram.connect(hand, late);
     diagram.connect(late, hand);
 
-    let expected = diagram.lift(Route::Stepping).unwrap().matrix;
+    let expected = diagram.lift(LiftRoute::Stepping).unwrap().matrix;
     assert_eq!(expected.nrows(), 4);
     let by_route = |route| spec.lift_by(route).unwrap().matrix;
-    for found in [Route::Stepping, Route::StateSpace, Route::Resampling].map(by_route) {
+    for found in [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling].map(by_route) {
         assert_close(&found, &expected).unwrap();
     }
     assert_close(&spec.lift().unwrap().matrix, &expected).unwrap();
-    assert_close(&diagram.lift(Route::StateSpace).unwrap().matrix, &expected).unwrap();
+    assert_close(&diagram.lift(LiftRoute::StateSpace).unwrap().matrix, &expected).unwrap();
 }
 
 proptest! {
@@ -290,8 +291,8 @@ proptest! {
     #[test]
     fn the_routes_agree_on_nested_diagrams(recipe in any_recipe(Just(true))) {
         let diagram = recipe.diagram();
-        let expected = diagram.lift(Route::Stepping).unwrap();
-        for route in [Route::StateSpace, Route::Resampling] {
+        let expected = diagram.lift(LiftRoute::Stepping).unwrap();
+        for route in [LiftRoute::StateSpace, LiftRoute::Resampling] {
             assert_close(&diagram.lift(route).unwrap().matrix, &expected.matrix)?;
         }
     }
@@ -299,9 +300,9 @@ proptest! {
     #[test]
     fn the_routes_agree_on_any_diagram(recipe in any_recipe(Just(false))) {
         let diagram = recipe.diagram();
-        let expected = diagram.lift(Route::Stepping).unwrap();
-        assert_close(&diagram.lift(Route::StateSpace).unwrap().matrix, &expected.matrix)?;
-        match diagram.lift(Route::Resampling) {
+        let expected = diagram.lift(LiftRoute::Stepping).unwrap();
+        assert_close(&diagram.lift(LiftRoute::StateSpace).unwrap().matrix, &expected.matrix)?;
+        match diagram.lift(LiftRoute::Resampling) {
             Ok(map) => assert_close(&map.matrix, &expected.matrix)?,
             Err(error) => prop_assert!(matches!(error, DiagramError::NotNested(_)), "{}", error),
         }
@@ -312,7 +313,7 @@ proptest! {
         let diagram = recipe.diagram();
         let mut refined = diagram.clone();
         refined.sampled("idle", Sampled::zero_order_hold(Clock::every(milliseconds(1, 7)), 1));
-        for route in [Route::Stepping, Route::StateSpace] {
+        for route in [LiftRoute::Stepping, LiftRoute::StateSpace] {
             let expected = diagram.lift(route).unwrap();
             let found = refined.lift(route).unwrap();
             prop_assert_eq!(&found.states, &expected.states);
@@ -336,7 +337,7 @@ proptest! {
                 weights.extend(weights.clone());
             }
         }
-        for route in [Route::Stepping, Route::StateSpace] {
+        for route in [LiftRoute::Stepping, LiftRoute::StateSpace] {
             let (once, found) = (diagram.lift(route).unwrap(), doubled.lift(route).unwrap());
             prop_assert_eq!(&found.states, &once.states);
             let is_longer = found.period_s > 1.5 * once.period_s;
@@ -363,7 +364,7 @@ proptest! {
                 }
             }
         }
-        for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+        for route in [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling] {
             let (Ok(expected), found) = (diagram.lift(route), slower.lift(route)) else { continue };
             let found = found.unwrap();
             prop_assert!((found.period_s - expected.period_s * FACTOR as f64).abs() < 1e-12);
@@ -389,7 +390,7 @@ proptest! {
             (wire.from, wire.to) = (moved(wire.from), moved(wire.to));
         }
         reordered.wires.reverse();
-        for route in [Route::Stepping, Route::StateSpace, Route::Resampling] {
+        for route in [LiftRoute::Stepping, LiftRoute::StateSpace, LiftRoute::Resampling] {
             let (Ok(expected), found) = (diagram.lift(route), reordered.lift(route)) else { continue };
             assert_close(&in_order(&found.unwrap(), &expected.states), &expected.matrix)?;
         }

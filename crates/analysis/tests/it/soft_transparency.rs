@@ -1,6 +1,6 @@
 //! What users perceive of a soft object, against closed forms and a simulation in time.
 
-use cotouch_analysis::transparency::{Answer, added_damping, admittance, equivalent_stiffness};
+use cotouch_analysis::transparency::{AdmittanceQuantity, added_damping, admittance, equivalent_stiffness};
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use cotouch_soft::{MaterialPoint, soft_body};
@@ -124,7 +124,7 @@ fn slow_forces_meet_the_stiffness() {
         let scene = scene(name, &[set("local_model.kind", kind), stiffness_ratio, integral_ratio]);
         let felt = stiffness(&scene);
         let slow = admittance(&scene, &[1e-3]).unwrap();
-        assert_eq!(slow.quantity, Answer::Position);
+        assert_eq!(slow.quantity, AdmittanceQuantity::Position);
         assert_eq!(slow.users.len(), felt.len());
         for (user, (felt, ideal)) in slow.users.iter().zip(felt) {
             assert!(user.stable, "{name} {}", user.name);

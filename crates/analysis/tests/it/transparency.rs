@@ -2,8 +2,8 @@
 
 use crate::pushed::{Force, Pushed};
 use cotouch_analysis::transparency::{
-    AddedDamping, Admittance, Answer, Reduction, TransparencyError, added_damping, admittance, closed_forms,
-    equivalent_stiffness,
+    AddedDamping, Admittance, AdmittanceQuantity, Reduction, TransparencyError, added_damping, admittance,
+    closed_forms, equivalent_stiffness,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Coordination, PlayOut, Scene, VelocityEstimate};
@@ -301,7 +301,7 @@ fn slow_forces_meet_the_added_damping_and_the_stiffness() {
             scene = edited(&scene, |scene| scene.rates.network_hz = ratio.parse().unwrap());
             let viscous = damping(&scene, HostIndex(user as u8));
             let free = admittance(&scene, &[1e-4]).unwrap();
-            assert_eq!(free.quantity, Answer::Velocity);
+            assert_eq!(free.quantity, AdmittanceQuantity::Velocity);
             let slow = slow_rate(&free, user, 0).norm().recip();
             assert!(close(slow, viscous.damping_n_s_per_m.unwrap(), 1e-5), "{slow} {viscous:?}");
             let slow = fundamental(&free, user, 0).norm().recip();
@@ -309,7 +309,7 @@ fn slow_forces_meet_the_added_damping_and_the_stiffness() {
             let scene = against_wall(&scene, 3000.0);
             let stiffness = equivalent_stiffness(&scene).unwrap().users[user].stiffness_n_per_m;
             let held = admittance(&scene, &[1e-4]).unwrap();
-            assert_eq!(held.quantity, Answer::Position);
+            assert_eq!(held.quantity, AdmittanceQuantity::Position);
             for of in [slow_rate, fundamental] {
                 assert!(close(of(&held, user, 0).norm().recip(), stiffness, 1e-6));
             }
@@ -422,7 +422,7 @@ fn scenes_with_several_directions_are_brought_to_one_line() {
     assert!(viscous.damping_n_s_per_m.unwrap() > 2.0 * scene.hand.damping_n_s_per_m);
     assert!(viscous.notes.iter().any(|note| note.contains("wall")), "{:?}", viscous.notes);
     let at_wall = admittance(&scene, &[5.0]).unwrap();
-    assert_eq!((at_wall.quantity, at_wall.reduction), (Answer::Position, Reduction::AlongNormal));
+    assert_eq!((at_wall.quantity, at_wall.reduction), (AdmittanceQuantity::Position, Reduction::AlongNormal));
     // Two fingers in parallel, and two of the box's corners at the wall.
     assert!(close(at_wall.ideal.mass_kg, 2.0 * 0.1 + 0.4, 1e-12));
     let stiffness = equivalent_stiffness(&scene).unwrap();

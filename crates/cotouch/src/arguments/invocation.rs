@@ -71,6 +71,8 @@ pub(crate) enum Command {
         sweeps: Vec<Sweep>,
         /// Whether the radius is wanted at every point of a sweep.
         with_radius: bool,
+        /// Whether the maps behind the verdict are found by other routes too.
+        with_check: bool,
     },
     /// How far a scene is from instability.
     Margin {

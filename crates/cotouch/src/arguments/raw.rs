@@ -281,8 +281,15 @@ With --sweep the answer is a map, with its boundary; LO may be above HI. --out m
 table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \
 of different rates cannot be compared.
 
+--check is for whoever doubts a verdict, or quotes one: the map of the worst contact mode (of each, where there are few) is \
+found again by three routes that share only the loop's description with the verdict: instant by instant; by the direct \
+state-space method, all samples of a pattern at once; and by subsystem resampling, each part at its own rate (Fotoohi Ghiam \
+2006, ch. 4), which needs rates that are multiples of each other. Differences of the size of rounding, 1e-9 and less, mean that \
+the arithmetic is right. Whether the description fits what you have in your hands, they cannot tell.
+
 Example:
   cotouch analyze stability grasp
+  cotouch analyze stability single-axis --check
   cotouch analyze stability single-axis --set coupling.remote_hand_object.stiffness_n_per_m=4000
   cotouch analyze stability single-axis --sweep coupling.hand_object.stiffness_n_per_m=0..8000:200 \\
       --sweep coupling.remote_hand_object.stiffness_n_per_m=0..3000:200 --out map.svg")]
@@ -296,6 +303,9 @@ Example:
         /// The spectral radius at every point of a sweep, not only the verdict
         #[arg(long, requires = "sweeps")]
         radius: bool,
+        /// Find the maps behind the verdict by three other routes too, and say how they agree
+        #[arg(long, conflicts_with = "sweeps")]
+        check: bool,
     },
     /// How far every gain, the delay, the rates and the loss of packets are from instability
     #[command(after_help = "\
@@ -702,7 +712,7 @@ impl Analyze {
     fn lift(self) -> Result<Command, String> {
         let in_words = |error: SweepError| error.to_string();
         Ok(match self {
-            Self::Stability { scene, sweeps, radius } => {
+            Self::Stability { scene, sweeps, radius, check } => {
                 let sweeps: Vec<Sweep> =
                     sweeps.iter().map(|text| text.parse()).collect::<Result<_, _>>().map_err(in_words)?;
                 if sweeps.len() > 2 {
@@ -716,7 +726,7 @@ impl Analyze {
                 {
                     return Err(SweepError::Twice(x.key.clone()).to_string());
                 }
-                Command::Stability { scene, sweeps, with_radius: radius }
+                Command::Stability { scene, sweeps, with_radius: radius, with_check: check }
             }
             Self::Margin { scene } => Command::Margin { scene },
             Self::Damping { scene, user } => Command::Damping { scene, user },

@@ -1,5 +1,7 @@
 //! `cotouch analyze stability`.
 
+mod check;
+
 use std::fmt::Write as _;
 
 use cotouch_analysis::{ModeStability, Stability};
@@ -12,12 +14,23 @@ use crate::output::Output;
 /// Contact modes that people are shown.
 const MAX_MODES: usize = 16;
 
-/// Says whether a scene is stable. Answers with exit status 0 whatever the verdict.
-pub(super) fn stability(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+/// Says whether a scene is stable, and `with_check` what other ways to the same maps say. Answers with exit status 0
+/// whatever the verdict.
+pub(super) fn stability(
+    name: &str,
+    with_check: bool,
+    overrides: &[Override],
+    output: &Output,
+) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
-    output.answer_as(&stability, &text(&title, &stability))?;
+    let text = text(&title, &stability);
+    if with_check {
+        check::answer(&scene, &stability, text, output)?;
+    } else {
+        output.answer_as(&stability, &text)?;
+    }
     Ok(Verdict::Good)
 }
 
@@ -37,7 +50,9 @@ fn text(title: &str, stability: &Stability) -> String {
         let word = if mode.stable { "stable" } else { "unstable" };
         let axis = mode.axis.map_or_else(String::new, |axis| format!(", {axis}"));
         let radius = prediction::radius(mode.spectral_radius);
-        row("contact mode", format!("{:<22} {contacts}", format!("{radius} {word}{axis}")));
+        let topples =
+            mode.toppling_per_s.map_or_else(String::new, |rate| format!(", topples at {rate:.3} /s"));
+        row("contact mode", format!("{:<22} {contacts}{topples}", format!("{radius} {word}{axis}")));
     }
     let more = stability.modes.len() - listed.len();
     if more > 0 {

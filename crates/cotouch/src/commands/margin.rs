@@ -37,9 +37,13 @@ fn text(title: &str, margins: &Margins) -> String {
         let _ = writeln!(text, "stays stable up to a delay of  {}", delay.unwrap_or_else(untold));
         let _ = writeln!(text, "and up to a loss of            {}", loss.unwrap_or_else(untold));
         for rate in &margins.rates {
-            let hz = rate.hz.map(|hz| format!("{hz:.4} Hz"));
-            let _ = writeln!(text, "and down to {:<18} {}", rate.key, hz.unwrap_or_else(untold));
+            let hz = rate.hz.map_or_else(untold, |hz| format!("{} Hz", four_digits(hz)));
+            let _ = writeln!(text, "and down to {:<18} {hz}", rate.key);
         }
+        let together = margins.rates_together_hz.zip(margins.rates_together_factor);
+        let together =
+            together.map(|(hz, factor)| format!("{} Hz of the haptic rate, × {factor:.4}", four_digits(hz)));
+        let _ = writeln!(text, "and down to both together      {}", together.unwrap_or_else(untold));
         let _ = writeln!(
             text,
             "\n{:<58} {:>10} {:>12} {:>12}",
@@ -58,6 +62,12 @@ fn text(title: &str, margins: &Margins) -> String {
         let _ = writeln!(text, "note: {note}");
     }
     text
+}
+
+/// Of a positive number.
+fn four_digits(value: f64) -> String {
+    let digits = (3 - value.log10().floor() as i32).clamp(0, 9) as usize;
+    format!("{value:.digits$}")
 }
 
 fn none() -> String {

@@ -31,6 +31,17 @@ fn open(stability: &Stability) -> Option<Unproven> {
     stability.stable.is_none().then_some(why)
 }
 
+/// What is predicted of a scene; nothing, and a note, where nothing can be.
+pub(super) fn predicted_if_possible(scene: &Scene) -> Option<Predicted> {
+    match cotouch_analysis::analyze(scene) {
+        Ok(stability) => Some(predicted(&stability)),
+        Err(error) => {
+            eprintln!("note: no prediction: {error}");
+            None
+        }
+    }
+}
+
 /// Who takes part, under which architecture, at which rates.
 pub(super) fn who_and_how(scene: &Scene) -> String {
     let architecture = match scene.session.architecture {

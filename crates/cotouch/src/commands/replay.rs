@@ -6,7 +6,8 @@ use std::path::Path;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_runtime::{LOOK_PERIOD, RecordingReader, export_csv};
+use cotouch_runtime::{LOOK_PERIOD, RecordingReader, Summary, export_csv};
+use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
 use serde_json::json;
 
@@ -15,6 +16,8 @@ use crate::failure::{Failure, Verdict};
 use crate::output::{Output, make_folder_of};
 use crate::progress::Stop;
 use crate::session;
+
+use super::{prediction, report, settings, stretches};
 
 /// Shows recordings on a page, if asked to, until Ctrl-C; meanwhile re-simulates the first one and compares.
 pub(super) fn replay(replay: &Replay, output: &Output) -> Result<Verdict, Failure> {
@@ -41,7 +44,7 @@ pub(super) fn replay(replay: &Replay, output: &Output) -> Result<Verdict, Failur
 
 /// Re-simulates `file`, compares, and writes its tables to `csv`.
 fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
-    let replayed = session::replay(file)?;
+    let mut replayed = session::replay(file)?;
     if replayed.ended_abruptly {
         eprintln!("note: {} stops without its end; what it holds is replayed", file.display());
     }
@@ -59,6 +62,11 @@ fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, 
         ));
     }
     tables.iter().for_each(|table| text.push_str(&format!("wrote {table}\n")));
+    let run = replayed.run.take().map(|run| with_predictions(file, run)).transpose()?;
+    if let Some(run) = &run {
+        let outcome = stretches::verdict(run).unwrap_or_else(|| report::outcome(run));
+        text.push_str(&format!("the run was {outcome}\n"));
+    }
     let answer = json!({
         "ticks": replayed.comparison.ticks,
         "identical": difference.is_none(),
@@ -66,19 +74,33 @@ fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, 
         "not_replayed": replayed.skipped,
         "ended_abruptly": replayed.ended_abruptly,
         "tables": tables,
+        "verdict": run.as_ref().map(|run| run.verdict),
+        "judged_s": run.as_ref().map(|run| run.judged_s),
+        "diverged": run.as_ref().and_then(|run| run.diverged.clone()),
+        "shaking": run.as_ref().map(|run| &run.shaking),
+        "predictions": run.as_ref().map(|run| &run.predictions),
     });
     output.answer_as(&answer, &text)?;
     Ok(if difference.is_none() { Verdict::Good } else { Verdict::Bad })
 }
 
+/// Where settings were changed, with what the analysis says of each.
+fn with_predictions(file: &Path, mut run: Summary) -> anyhow::Result<Summary> {
+    if run.predictions.len() > 1 {
+        let scene = recorded_scene(file)?;
+        settings::complete(&mut run, &scene, prediction::predicted_if_possible(&scene));
+    }
+    Ok(run)
+}
+
+fn recorded_scene(file: &Path) -> anyhow::Result<Scene> {
+    let recording = RecordingReader::open(file)?;
+    Ok(cotouch_scene::parse(&recording.header().scene_toml, "the recording's scene", None, &[])?)
+}
+
 /// One CSV file a host, a row a tick: `hostN.csv` in `folder`.
 fn write_tables(file: &Path, folder: &Path) -> anyhow::Result<Vec<String>> {
-    let scene = cotouch_scene::parse(
-        &RecordingReader::open(file)?.header().scene_toml,
-        "the recording's scene",
-        None,
-        &[],
-    )?;
+    let scene = recorded_scene(file)?;
     let mut tables = Vec::new();
     for host in HostIndex::all(scene.session.users) {
         let path = folder.join(format!("{host}.csv"));

@@ -6,6 +6,8 @@ use cotouch_runtime::{
     DivergedSummary, HapticSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
 };
 
+use super::stretches;
+
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
 
@@ -71,8 +73,12 @@ pub(super) fn text(summary: &Summary) -> String {
     text
 }
 
-/// The outcome beside the prediction, in one sentence.
+/// The outcome beside the prediction, in one sentence; of each of its settings, where they were changed.
 pub(super) fn verdict(summary: &Summary) -> String {
+    stretches::verdict(summary).unwrap_or_else(|| verdict_of_all(summary))
+}
+
+fn verdict_of_all(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
     let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
     let Some(Predicted { stable, open, .. }) = summary.predicted else {
@@ -87,6 +93,12 @@ pub(super) fn verdict(summary: &Summary) -> String {
         Some(false) => format!("{word}, as predicted{what}"),
         Some(true) => format!("{word}, although the prediction was stable{what}; {}", what_else(summary)),
     }
+}
+
+/// The outcome in one sentence.
+pub(super) fn outcome(summary: &Summary) -> String {
+    let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
+    format!("{}{what}", summary.verdict.in_words())
 }
 
 /// Who did not stay quiet, how and when; nothing of a quiet run.
@@ -127,6 +139,9 @@ fn what_else(summary: &Summary) -> String {
 /// The same for the top of a picture, where there is room for a line.
 pub(super) fn headline(summary: &Summary) -> String {
     let word = summary.verdict.in_words();
+    if let Some(agreement) = stretches::agreement(summary) {
+        return format!("{}: {word}, {agreement}", summary.scene);
+    }
     let predicted = match summary.predicted.and_then(|predicted| predicted.stable) {
         None => "",
         Some(stable) if stable == summary.stable => ", as predicted",

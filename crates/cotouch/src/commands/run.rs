@@ -10,7 +10,7 @@ use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
 
 use super::address::resolve;
-use super::{prediction, report};
+use super::{prediction, report, settings};
 use crate::arguments::{Host, Recording, Run};
 use crate::failure::{Failure, Verdict};
 use crate::figure;
@@ -29,7 +29,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         let predicted = predict(&scene, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop)?;
-        return conclude(&scene, summary, predicted, output);
+        return conclude(&scene, &scene, summary, predicted, output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
     check_users(&scene, &run.host.devices)?;
@@ -108,7 +108,7 @@ fn check_no_users(devices: &[DeviceChoice]) -> Result<(), Failure> {
     }
 }
 
-/// The prediction is of the scene that began; a session whose settings were changed on the page is predicted anew.
+/// The prediction is of the scene that began; what was changed on the page is predicted when all is over.
 fn finish(
     live: LiveSession,
     base: Option<Base>,
@@ -119,12 +119,7 @@ fn finish(
 ) -> Result<Verdict, Failure> {
     let (began_with, _) = live.scene();
     let (summary, scene) = session::watch(live, base, plan, stop, output)?;
-    let predicted = if scene == *began_with {
-        predicted
-    } else {
-        prediction::analyze(&on_this_network(&scene, plan))?.as_ref().map(prediction::predicted)
-    };
-    conclude(&scene, summary, predicted, output)
+    conclude(&began_with, &scene, summary, predicted, output)
 }
 
 /// The scene with the impairment that a session on real sockets meets: none that the scene simulates, but the one that
@@ -211,14 +206,15 @@ fn is_drawn(recording: &Path) -> bool {
     is_small
 }
 
-/// Writes the picture, says what happened, and judges.
+/// Writes the picture, says what happened, and judges. The session began with one scene and ended with another, perhaps.
 fn conclude(
+    began_with: &Scene,
     scene: &Scene,
     mut summary: Summary,
     predicted: Option<Predicted>,
     output: &Output,
 ) -> Result<Verdict, Failure> {
-    summary.predicted = predicted;
+    settings::complete(&mut summary, began_with, predicted);
     // Of the session that ran last, where there were several.
     if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {
         let picture = recording.with_extension("svg");

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use cotouch_analysis::Grid;
 use cotouch_analysis::transparency::{
-    AddedDamping, Admittance, Answer, EquivalentStiffness, TransparencyError, UserAdmittance, added_damping,
+    AddedDamping, Admittance, AdmittanceQuantity, EquivalentStiffness, TransparencyError, UserAdmittance,
+    added_damping,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::{Override, Scene};
@@ -186,9 +187,11 @@ fn stiffness_text(scene: &Scene, stiffness: &EquivalentStiffness) -> String {
 
 fn admittance_text(scene: &Scene, admittance: &Admittance) -> String {
     let (what, unit) = match admittance.quantity {
-        Answer::Velocity => ("velocity over force in free motion", "m/s/N"),
-        Answer::Position if scene.soft.exists() => ("position over force on the soft object", "m/N"),
-        Answer::Position => ("position over force against the wall", "m/N"),
+        AdmittanceQuantity::Velocity => ("velocity over force in free motion", "m/s/N"),
+        AdmittanceQuantity::Position if scene.soft.exists() => {
+            ("position over force on the soft object", "m/N")
+        }
+        AdmittanceQuantity::Position => ("position over force against the wall", "m/N"),
     };
     let mut text = format!("{}\n{what}, each user with the others absent\n", title(scene));
     for user in &admittance.users {

@@ -42,6 +42,39 @@ fn a_map_has_rows_of_y_and_a_boundary_between_its_verdicts() {
     }
 }
 
+/// A line, a grasp of many modes, a soft body, and rates without a common multiple: whatever routes apply agree with the
+/// verdict.
+#[test]
+fn routes_that_share_only_the_description_agree_with_the_verdict() {
+    for (words, modes, nested) in [
+        (&["single-axis"][..], 1, true),
+        (&["grasp-centralized"], 1, true),
+        (&["spring"], 2, true),
+        (&["single-axis", "--set", "rates.network_hz=100"], 1, false),
+    ] {
+        let found = answer(&[&["analyze", "stability"], words, &["--check"]].concat());
+        assert_eq!(found["check"].as_array().map(Vec::len), Some(modes), "{words:?}");
+        for mode in found["check"].as_array().unwrap() {
+            let verdict =
+                found["modes"].as_array().unwrap().iter().find(|of| of["contacts"] == mode["contacts"]);
+            close(&mode["spectral_radius"], verdict.unwrap()["spectral_radius"].as_f64().unwrap(), 1e-12);
+            let names =
+                mode["routes"].as_array().unwrap().iter().map(|route| route["name"].as_str().unwrap());
+            assert!(names.eq(["instants", "state-space", "resampling"]));
+            for route in mode["routes"].as_array().unwrap() {
+                if route["name"] == "resampling" && !nested {
+                    assert!(route["note"].as_str().unwrap().contains("does not apply"), "{route}");
+                    assert!(route["spectral_radius"].is_null() && route["difference"].is_null());
+                } else {
+                    close(&route["spectral_radius"], mode["spectral_radius"].as_f64().unwrap(), 1e-9);
+                    assert!(route["difference"].as_f64().unwrap() < 1e-9, "{words:?} {route}");
+                }
+            }
+        }
+    }
+    assert!(answer(&["analyze", "stability", "single-axis"]).get("check").is_none());
+}
+
 #[test]
 fn one_sweep_is_a_single_row_and_its_crossings() {
     let map = answer(&["analyze", "stability", "single-axis", "--sweep", &format!("{K12}=10..4000:40:log")]);

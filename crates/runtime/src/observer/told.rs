@@ -18,6 +18,12 @@ pub enum RunVerdict {
 }
 
 impl RunVerdict {
+    /// Of two hosts; nobody can say that it is quiet before both can.
+    pub(crate) fn worse(one: Option<Self>, other: Option<Self>) -> Option<Self> {
+        let is_known = one.is_some() && other.is_some();
+        one.max(other).filter(|&verdict| is_known || verdict != Self::Quiet)
+    }
+
     /// In a word.
     #[must_use]
     pub const fn in_words(self) -> &'static str {
@@ -79,6 +85,21 @@ pub struct Shaking {
     pub hz: f64,
 }
 
+/// What a host's run was with one set of settings.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SettingsVerdict {
+    /// The first tick with these settings.
+    pub from: u64,
+    /// The tick after the last one so far.
+    pub to: u64,
+    /// What it was; `None` where the time was too short to say.
+    pub verdict: Option<RunVerdict>,
+    /// How often fingers shook; where that was very often, the last times are one.
+    pub shaking: u32,
+    /// Ticks that were judged: those since a second after the change, or since the end of the soft start.
+    pub judged_ticks: u64,
+}
+
 /// What goes on at a host now.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct LiveVerdict {
@@ -102,10 +123,7 @@ impl LiveVerdict {
     #[must_use]
     pub fn combine(hosts: impl Iterator<Item = Self>) -> Self {
         let worse = |one: Self, other: Self| Self {
-            verdict: match (one.verdict, other.verdict) {
-                (Some(RunVerdict::Quiet) | None, None) | (None, Some(RunVerdict::Quiet)) => None,
-                (one, other) => one.max(other),
-            },
+            verdict: RunVerdict::worse(one.verdict, other.verdict),
             fast_force_n: one.fast_force_n.max(other.fast_force_n),
         };
         hosts.reduce(worse).unwrap_or_default()

@@ -20,6 +20,9 @@ use crate::record::{Note, RecordItem, RecordKind, TickRecord};
 use crate::recording::{RecordingError, RecordingReader};
 use crate::slow::{SlowPort, is_simulated_at, slow_simulation};
 use crate::station::{Punctuality, Station, StationState};
+use crate::summary::Summary;
+use crate::summary_of_run::{HostRun, summarise};
+use crate::timing::Timing;
 
 /// What came of a replay.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,6 +33,9 @@ pub struct Replayed {
     pub skipped: u64,
     /// Whether the recording stops without having been finished.
     pub ended_abruptly: bool,
+    /// What the run was, as the observers of the replayed hosts saw it, with each of its settings. When ticks came, and what
+    /// the network did, is not known. `None` where ticks are missing.
+    pub run: Option<Summary>,
 }
 
 /// Why a recording cannot be replayed.
@@ -92,11 +98,25 @@ pub fn replay<R: Read>(
             progress(comparison.ticks);
         }
     }
+    let skipped = hosts.values().map(|host| host.skipped).sum();
     Ok(Replayed {
         comparison,
-        skipped: hosts.values().map(|host| host.skipped).sum(),
+        skipped,
         ended_abruptly: recording.end().is_none_or(|end| end.ended_abruptly),
+        run: (skipped == 0).then(|| run(&scene, hosts.values())),
     })
+}
+
+fn run<'a>(scene: &Scene, hosts: impl Iterator<Item = &'a Resimulated>) -> Summary {
+    let run = |host: &Resimulated| {
+        let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };
+        HostRun::new(&host.station, timing, Vec::new())
+    };
+    let runs: Vec<(u64, HostRun)> =
+        hosts.map(|host| (host.station.observer.observed_ticks(), run(host))).collect();
+    let ticks = runs.iter().map(|(ticks, _)| *ticks).max().unwrap_or(0);
+    let runs: Vec<HostRun> = runs.into_iter().map(|(_, run)| run).collect();
+    summarise(scene, scene.rates.control_hz.instant(ticks).as_secs_f64(), &runs)
 }
 
 /// One host that is fed from a recording.

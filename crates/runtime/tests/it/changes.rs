@@ -10,7 +10,7 @@ use cotouch_device::SimulatedUser;
 use cotouch_runtime::real_time::realisable;
 use cotouch_runtime::{
     HostChange, LiveVerdict, RecordItem, RecordKind, RecordSink, Recorder, Recording, RecordingHeader,
-    RecordingReader, ReplayError, RunVerdict, Station, VirtualSession, replay,
+    RecordingReader, ReplayError, RunVerdict, SettingValue, SettingsSummary, Station, VirtualSession, replay,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -161,6 +161,38 @@ fn it_shakes_past_the_boundary_and_settle_before_it() {
     run_to(&mut session, 13.0);
     assert_eq!(now(&session).verdict, Some(RunVerdict::Quiet));
     assert!(now(&session).fast_force_n < 0.02);
+}
+
+#[test]
+fn every_set_of_settings_has_a_verdict_of_its_own_and_a_recording_tells_it_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("lesson.mcap");
+    let stable = realisable(&scene("distributed", &[STABLE])).0;
+    let unstable = realisable(&scene("distributed", &[UNSTABLE])).0;
+    let kept = Kept::default();
+    let mut session = start(&stable, &kept);
+    let lesson = [(4.0, &unstable), (9.0, &stable), (9.3, &unstable), (9.6, &stable)];
+    for (seconds, next) in lesson {
+        run_to(&mut session, seconds);
+        change(&mut session, next);
+    }
+    run_to(&mut session, 14.0);
+    write(&path, &stable, &kept.0.lock().unwrap());
+    let run = replay(RecordingReader::open(&path).unwrap(), |_| {}).unwrap().run.unwrap();
+    assert_ne!(run.verdict, RunVerdict::Quiet, "all of it counts");
+    assert!((run.duration_s - 14.0).abs() < 1e-9, "{}", run.duration_s);
+    // What was changed again within a third of a second is left out.
+    let [before, past, back] = &run.predictions[..] else { panic!("{:?}", run.predictions) };
+    let times = |stretch: &SettingsSummary| (stretch.from_s, stretch.to_s);
+    assert_eq!([before, past, back].map(times), [(0.0, 4.0), (4.0, 9.0), (9.599609375, 14.0)]);
+    assert_eq!(before.verdict, Some(RunVerdict::Quiet));
+    assert!(past.verdict > Some(RunVerdict::Quiet) && past.shaking > 0, "{past:?}");
+    assert_eq!((back.verdict, back.shaking), (Some(RunVerdict::Quiet), 0));
+    assert!((back.judged_s - (14.0 - 9.599609375 - 1.0)).abs() < 1e-9, "{}", back.judged_s);
+    let key = UNSTABLE.split_once('=').unwrap().0;
+    assert_eq!(past.settings.iter().collect::<Vec<_>>(), [(&key.to_owned(), &SettingValue::Number(3000.0))]);
+    assert!(before.settings.is_empty() && back.settings.is_empty());
+    assert_eq!(past.scene.as_deref(), Some(&unstable));
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! FingerForces of contacts that share a joint compliance: what the simulation will answer to forces, a period before it does.
+//! Forces of contacts that share a joint compliance: what the simulation will answer to forces, a period before it does.
 //!
 //! The frame in use was made with forces `f_frame`. Under other forces `f` the surface would be at `x_a + W·(f − f_frame)`,
 //! and every finger is held there by a spring `K_h`:
@@ -93,8 +93,9 @@ fn solve(
 }
 
 /// Solves the first `count` rows by Cholesky's decomposition, of which the lower half of `matrix` is read; the answer is in
-/// `right`. Not nalgebra's on stack matrices: that takes 0.7 and 17 µs for 3 and 48 rows where this takes 2.9 and 27, but its
-/// sums have another order, and from 6 rows on recordings would not replay bit for bit.
+/// `right`. Not nalgebra's: on stack matrices its sizes are types, and a choice between them for 1 to 16 contacts is no
+/// quicker (release build, 1, 4, 8 and 16 contacts, assembly included: 0.22, 0.87, 3.5 and 23 µs here, 0.23, 1.0, 5.4 and 24 µs
+/// there); padded to the next of five sizes it takes up to 2.8 times as long.
 fn solve_positive(
     matrix: &mut [[f64; MAX_ROWS]; MAX_ROWS],
     right: &mut [f64; MAX_ROWS],

@@ -1,12 +1,12 @@
 //! An admittance as a figure: magnitude and phase over frequency.
 
-use cotouch_analysis::transparency::{Admittance, Answer};
+use cotouch_analysis::transparency::{Admittance, AdmittanceQuantity};
 
 use crate::figure::chart::{Panel, Scale, Series, chart};
 
 /// Curves over frequency.
 pub(super) struct Bode {
-    quantity: Answer,
+    quantity: AdmittanceQuantity,
     magnitude: Vec<Series>,
     phase: Vec<Series>,
 }
@@ -40,8 +40,8 @@ impl Bode {
     /// As SVG.
     pub(super) fn figure(self, headline: &str) -> anyhow::Result<String> {
         let label = match self.quantity {
-            Answer::Velocity => "velocity over force, m/s/N",
-            Answer::Position => "position over force, m/N",
+            AdmittanceQuantity::Velocity => "velocity over force, m/s/N",
+            AdmittanceQuantity::Position => "position over force, m/N",
         };
         let panel = |y_label: &str, y_scale, series| Panel {
             x_label: "frequency, rad/s".to_owned(),
