@@ -6,8 +6,9 @@
 //! touches another body has no part in its loop. One set is analysed for all that are alike but for who is who or for a
 //! reflection, with each finger on the side from which it comes, all contacts sticking and hands held as their scripts say.
 //!
-//! From the sets that come nearest to swinging ever more, others are searched for what comes nearer: fingers elsewhere on
-//! the body, contacts that slide, hands that are held otherwise, a body that is turned against its wall.
+//! From the sets that come nearest to swinging ever more, others are searched for what comes nearer: hands that are held
+//! otherwise, which is a mode of its own where it is unstable; then fingers elsewhere on the body, contacts that slide, a body
+//! that is turned against its wall. What grows there grows only as long as that lasts, so that the scene is left open.
 
 mod contacts;
 mod hands;
@@ -18,6 +19,7 @@ mod sets;
 mod symmetry;
 
 use cotouch_scene::scene::Scene;
+use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::gains::{self, Gain};
@@ -46,9 +48,9 @@ const SMALL_CHANGE: f64 = 1e-4;
 
 /// What was found.
 pub(crate) struct Covered {
-    /// One for each set of contacts, hands as scripts hold them, none first; then unstable ones that were searched for.
+    /// One for each set of contacts, hands as scripts hold them, none first; then unstable ones with hands that are held otherwise.
     pub(crate) modes: Vec<ModeStability>,
-    /// The largest of the modes as scripts have them; of those that were searched for only where they alone are unstable.
+    /// The largest of the modes as scripts have them; with hands held otherwise only where these alone are unstable.
     pub(crate) spectral_radius: f64,
     /// The one that comes nearest to swinging ever more.
     pub(crate) worst: Worst,
@@ -86,14 +88,16 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let told_radius = modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
     let told_is_stable = modes.iter().all(|mode| mode.stable);
 
-    let mut searched = vec![(study.untouched(), modes_worst(&nothing))];
-    searched.extend(study.search(&bodies, &found, &incomplete)?);
-    searched.extend(study.other_hands()?);
-    for (candidate, judged) in searched.iter().filter(|(_, judged)| !judged.stable) {
+    let Results { mut lasting, passing } = study.search(&bodies, &found, &incomplete)?;
+    lasting.extend(study.other_hands()?);
+    for (candidate, judged) in lasting.iter().filter(|(_, judged)| !judged.stable) {
         let mode = study.mode(candidate, *judged);
-        if !modes.iter().any(|known| known.contacts == mode.contacts && !known.stable) {
+        if !modes.iter().any(|known| known.contacts == mode.contacts) {
             modes.push(mode);
         }
+    }
+    if modes.iter().all(|mode| mode.stable) {
+        left_out.extend(study.growing(&passing));
     }
     let spectral_radius = match told_is_stable {
         true => modes
@@ -103,8 +107,10 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
             .fold(told_radius, f64::max),
         false => told_radius,
     };
-    let nearest = searched.iter().max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
-    let worst = study.worst(&nearest.expect("nothing touched is one of them").0);
+    let untouched = (study.untouched(), modes_worst(&nothing));
+    let searched = lasting.iter().chain(&passing).chain(std::iter::once(&untouched));
+    let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
+    let worst = study.worst(&nearest.unwrap_or(&untouched).0);
     Ok(Covered { modes, spectral_radius, worst, left_out })
 }
 
@@ -117,6 +123,15 @@ struct FoundSet {
     body: usize,
     set: Set,
     judged: Judged,
+}
+
+/// What a search found.
+#[derive(Default)]
+struct Results {
+    /// Sets of contacts, with hands held in the worst way: they last as long as hands are held so.
+    lasting: Vec<(Candidate, Judged)>,
+    /// From these on: fingers elsewhere, sliding, a body turned. How long these last depends on what hands do.
+    passing: Vec<(Candidate, Judged)>,
 }
 
 struct Study<'a> {
@@ -226,8 +241,8 @@ impl Study<'_> {
         bodies: &[BodyContacts],
         found: &[FoundSet],
         incomplete: &[usize],
-    ) -> Result<Vec<(Candidate, Judged)>, AnalysisError> {
-        let mut results = Vec::new();
+    ) -> Result<Results, AnalysisError> {
+        let mut results = Results::default();
         for FoundSet { body, set, judged } in found.iter().take(MAX_SEARCHED) {
             let contacts = &bodies[*body];
             let begin = self.told(contacts, set);
@@ -235,9 +250,32 @@ impl Study<'_> {
             let left = (SEARCH_BUDGET / MAX_SEARCHED as f64 / states.powi(3)) as usize;
             let mut search = Search { scene: self.scene, reach: self.reach, left };
             let flips = incomplete.contains(body);
-            results.push(search.from(contacts, set, flips, (begin, *judged))?);
+            let with_hands = search.by_hands((begin, *judged))?;
+            results.lasting.push(with_hands.clone());
+            results.passing.push(search.from(contacts, set, flips, with_hands)?);
         }
         Ok(results)
+    }
+
+    /// That something which passes grows while it is there: neither stable nor, as long as nobody saw it last, unstable.
+    fn growing(&self, passing: &[(Candidate, Judged)]) -> Option<LeftOut> {
+        let growing = passing.iter().filter(|(_, judged)| !judged.stable);
+        let (candidate, judged) =
+            growing.max_by(|(_, one), (_, other)| one.spectral_radius.total_cmp(&other.spectral_radius))?;
+        let places = candidate.arrangement.grips.iter().map(|(grip, _)| {
+            let DVec3 { x, y, z } = grip.touches_at() * 1e3;
+            format!("{} at ({x:.1}, {y:.1}, {z:.1}) mm", grip.name)
+        });
+        let places: Vec<String> = places.collect();
+        Some(LeftOut::new(
+            format!("How long this lasts: {}", self.names(candidate).join(" + ")),
+            format!(
+                "it grows by {:.4} a period while it does, with {} of {}",
+                judged.spectral_radius,
+                places.join(", "),
+                self.reach.bodies[candidate.arrangement.body].name
+            ),
+        ))
     }
 
     fn worst(&self, candidate: &Candidate) -> Worst {

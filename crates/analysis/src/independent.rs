@@ -3,7 +3,7 @@
 //! The eigenvalues of a loop are those of its parts.
 
 use crate::loop_spec::{
-    Action, Block, BlockId, BodyId, Coupling, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Block, BlockId, BodyId, Coupling, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 use crate::rigid::Ties;
 
@@ -59,7 +59,7 @@ impl<'a> Part<'a> {
                     None => continue,
                 },
             };
-            self.to.actions.push(Action { body, force });
+            self.to.actions.push(AppliedForce { body, force });
         }
         self.to
     }

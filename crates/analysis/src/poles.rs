@@ -176,19 +176,9 @@ fn eigenvalues_of_rest(
     vectors.reverse();
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
+        // What follows from those before it is gone with them, and what the map does not have stays among the poles.
         if !is_eigenvector(&matrix, &vector, structure.rounding) {
-            let apart = &matrix * &vector - &vector;
-            eprintln!(
-                "NOTEIG left {} rigid {} loose {} dragged {} residual {:e} |A| {:e} |v| {:e} worst {:?}",
-                vectors.len(),
-                structure.rigid.len(),
-                structure.loose.len(),
-                structure.dragged,
-                apart.norm(),
-                matrix.norm(),
-                vector.norm(),
-                apart.icamax()
-            );
+            continue;
         }
         let (reduced, reflection) = deflate(&matrix, &vector);
         matrix = reduced;

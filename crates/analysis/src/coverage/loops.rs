@@ -110,7 +110,7 @@ pub(super) fn all_parts(
 ) -> Result<Vec<(Movers, Judged)>, AnalysisError> {
     let point = reach.point(scene, &candidate.arrangement);
     let spec = compile_at(&held(scene, &candidate.hands), &point);
-    parts(&spec).iter().map(|part| Ok((Movers::of(part), judge_part(part, true)?))).collect()
+    parts(&spec).iter().map(|part| Ok((Movers::of(part), judge_part(part, true, false)?))).collect()
 }
 
 pub(super) fn judge_candidate(
@@ -120,14 +120,14 @@ pub(super) fn judge_candidate(
     with_axis: bool,
 ) -> Result<Judged, AnalysisError> {
     let parts = loops(scene, reach, candidate);
-    parts.iter().try_fold(Judged::NONE, |worst, part| Ok(worst.and(judge_part(part, with_axis)?)))
+    let drifts = !candidate.arrangement.grips.is_empty();
+    parts.iter().try_fold(Judged::NONE, |worst, part| Ok(worst.and(judge_part(part, with_axis, drifts)?)))
 }
 
-/// What is loose in a contact drifts along the surface, as a finger does that touches nothing: it does not count.
-fn judge_part(part: &LoopSpec, with_axis: bool) -> Result<Judged, AnalysisError> {
+/// Where fingers touch a surface (`drifts`), what is loose drifts along it, as a finger does that touches nothing: it does
+/// not count.
+fn judge_part(part: &LoopSpec, with_axis: bool, drifts: bool) -> Result<Judged, AnalysisError> {
     let verdict = judge(part, with_axis)?;
-    let touched = Movers::of(part);
-    let drifts = !touched.hands.is_empty() && !touched.bodies.is_empty();
     let counted = verdict.eigenvalues.len() - if drifts { verdict.loose_parts } else { 0 };
     let poles = &verdict.eigenvalues[..counted];
     let spectral_radius = if poles.is_empty() { verdict.spectral_radius } else { spectral_radius(poles) };

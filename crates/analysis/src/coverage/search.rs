@@ -8,10 +8,10 @@ use cotouch_scene::scene::{Scene, Space};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
-use super::contacts::{BodyContacts, Set, directions};
+use super::contacts::{BodyContacts, Set, all_copies, directions};
 use super::hands::{all_ways, ways};
 use super::loops::{Candidate, Judged, judge_candidate};
-use crate::operating_point::{Grip, Reach};
+use crate::operating_point::{Copies, Grip, Reach};
 use crate::verdict::AnalysisError;
 
 /// Times that each thing is changed at most.
@@ -30,6 +30,16 @@ pub(super) struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// The worst way in which hands are held meanwhile.
+    pub(super) fn by_hands(
+        &mut self,
+        mut at: (Candidate, Judged),
+    ) -> Result<(Candidate, Judged), AnalysisError> {
+        let others = self.hands(&at.0);
+        self.climb(&mut at, others)?;
+        Ok(at)
+    }
+
     /// The worst that is found from a set of contacts.
     pub(super) fn from(
         &mut self,
@@ -98,7 +108,11 @@ impl Search<'_> {
     }
 
     fn slides(&self, at: &Candidate) -> Vec<Candidate> {
-        if at.arrangement.grips.is_empty() {
+        let all = all_copies(self.scene);
+        // A finger at one copy alone is there for a moment, until the copies are together: it does not slide for long.
+        let partly =
+            |(_, copies): &(Grip, Copies)| *copies != all && !self.reach.bodies[at.arrangement.body].fixed;
+        if at.arrangement.grips.is_empty() || at.arrangement.grips.iter().any(partly) {
             return Vec::new();
         }
         let slides = std::iter::once(None).chain(directions(self.scene.space).into_iter().map(Some));

@@ -102,13 +102,14 @@ impl Reach {
         point
     }
 
-    /// Other places of the body that a finger may touch; none on a line, where it stays on its side.
+    /// Other places of the body that a finger may touch, pressing as its weight needs and no script says; none on a line, where it stays on its side.
     pub(crate) fn elsewhere(&self, scene: &SceneValues, grip: &Grip) -> Vec<Grip> {
         if scene.space == Space::Line {
             return Vec::new();
         }
         let shape: &Shape = &self.bodies[grip.body].shape;
-        places(shape, scene.space).into_iter().map(|place| Grip { place, ..grip.clone() }).collect()
+        let there = |place| Grip { place, set_force_n: None, ..grip.clone() };
+        places(shape, scene.space).into_iter().map(there).collect()
     }
 
     /// No point of a body is farther than this from its centre, m.
