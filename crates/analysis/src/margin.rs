@@ -11,7 +11,7 @@ mod scan;
 
 use cotouch_scene::Scene;
 
-use crate::stability::analyze_swept;
+use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::verdict::Stability;
 use found::{Found, go_on};
@@ -23,7 +23,7 @@ pub use found::{GainMargin, Margins, RateMargin};
 /// # Errors
 /// When the scene cannot be analysed, or `progress` said no.
 pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
-    let verdict = analyze_swept(scene)?;
+    let verdict = analyze_settled(scene)?;
     let mut margins = Margins {
         stable: verdict.each_mode_is_stable(),
         spectral_radius: verdict.spectral_radius,

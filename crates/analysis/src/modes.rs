@@ -20,7 +20,7 @@ pub(crate) fn contact_modes(
 
 /// About what a scene with rigid bodies is linear, and which of its contacts switch.
 pub(crate) fn contact_points(scene: &SceneValues) -> ContactPoints {
-    let settled = Settled::of(scene);
+    let settled = Settled::of_every_finger(scene);
     let (always, grips) = (settled.always(), (0..settled.grips.len()).collect::<Vec<_>>());
     let switching: Vec<_> = (0..settled.leans.len()).filter(|lean| !always.contains(lean)).collect();
     ContactPoints {

@@ -3,8 +3,8 @@
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
-use crate::compile::{ContactMode, compile};
-use crate::coverage;
+use crate::compile::{ContactMode, every_finger};
+use crate::coverage::{self, Covered};
 use crate::left_out::LeftOut;
 use crate::modes::{contact_modes, contact_points};
 use crate::poles::analyze_loop;
@@ -13,46 +13,74 @@ use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
-/// Analyses every contact mode of a scene, and searches what switching between them can do.
+/// Analyses all that the users of a scene can do: every contact of every finger and wall with every copy of a body, by
+/// script, by a device or by a hand taken on the page; and searches what switching between these contacts can do.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
-    analyze_with(scene, &switched)
+    if scene.soft.exists() {
+        let mut stability = analyze_settled(scene)?;
+        let gap = coverage::of_soft_contact(scene);
+        stability.warnings.extend(gap.iter().map(LeftOut::to_string));
+        stability.left_out.extend(gap);
+        stability.stable =
+            whole_verdict(stability.each_mode_is_stable(), stability.switching, &stability.left_out);
+        return Ok(stability);
+    }
+    let (modes, _) = contact_modes(scene, &Bodies::default())?;
+    let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
+    let headline = analyze_loop(&settled.spec)?;
+    let Covered { modes: covered, spectral_radius, worst, left_out } = coverage::cover(scene)?;
+    let each_is_stable = covered.iter().all(|mode| mode.stable);
+    let switched = match each_is_stable {
+        true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
+        false => Switched::unsearched(Switching::Unproven),
+    };
+    let warnings = warnings(scene, &covered, (settled, &headline), &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
+    Ok(Stability {
+        spectral_radius,
+        stable: whole_verdict(each_is_stable, switching, &left_out),
+        rigid_body_poles: headline.rigid_body_poles,
+        drag_pole: headline.drag_pole,
+        states: states(settled)?,
+        period_s: settled.spec.pattern_s(),
+        switching,
+        switching_distance: distance,
+        switching_found: found,
+        worst: Some(worst),
+        left_out,
+        warnings,
+        modes: covered,
+    })
 }
 
-/// Analyses every contact mode of a scene by itself: what maps and margins are about. Nothing is searched, so that switching
-/// between several modes is unproven.
+/// Analyses the contact modes of the settled grasp alone, those of [`crate::compile()`]: what maps and margins are about, and
+/// a run that goes as its scripts say. Of a scene with a soft body, every mode that there is. Nothing is searched, so that
+/// switching between several modes is unproven.
 ///
 /// # Errors
 /// As [`analyze`].
-pub fn analyze_swept(scene: &Scene) -> Result<Stability, AnalysisError> {
-    analyze_with(scene, &|_, modes| Ok(unsearched(modes)))
-}
-
-fn analyze_with(
-    scene: &Scene,
-    switched: &dyn Fn(&Scene, &[ContactMode]) -> Result<Switched, AnalysisError>,
-) -> Result<Stability, AnalysisError> {
-    let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
-    coverage::add_left_out(scene, &mut left_out);
+pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
+    let (modes, left_out) = contact_modes(scene, &Bodies::default())?;
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
-    let switched = switched(scene, &modes)?;
-    let warnings = warnings(scene, &modes, &verdicts, &left_out, &switched);
-    let Switched { switching, distance, found } = switched;
-    let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
-    let period_s = spec.pattern_s();
-    let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
-        contacts: mode.contacts,
+    let switched = unsearched(&modes);
+    let (states, period_s) = (states(&modes[settled])?, spec.pattern_s());
+    let mode = |(mode, verdict): (&ContactMode, &LoopStability)| ModeStability {
+        contacts: mode.contacts.clone(),
         spectral_radius: verdict.spectral_radius,
         stable: verdict.stable,
         axis: verdict.axis,
         toppling_per_s: verdict.toppling_per_s.first().copied(),
     };
-    let modes: Vec<_> = modes.into_iter().zip(&verdicts).map(mode).collect();
+    let judged: Vec<_> = modes.iter().zip(&verdicts).map(mode).collect();
+    let warnings = warnings(scene, &judged, (&modes[settled], headline), &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
+    let modes = judged;
     Ok(Stability {
         spectral_radius: modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max),
         stable: whole_verdict(each_is_stable, switching, &left_out),
@@ -70,12 +98,9 @@ fn analyze_with(
     })
 }
 
-/// What is known about switching between modes.
-fn switched(scene: &Scene, modes: &[ContactMode]) -> Result<Switched, AnalysisError> {
-    if scene.soft.exists() {
-        return Ok(unsearched(modes));
-    }
-    switching::search(scene, &compile, &contact_points(scene), &|| true)
+/// Numbers in the state of a mode's loop.
+fn states(ContactMode { spec, .. }: &ContactMode) -> Result<usize, AnalysisError> {
+    Ok(if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() })
 }
 
 /// Modes are analysed one by one; between several of them nothing is known.

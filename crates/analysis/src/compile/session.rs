@@ -27,7 +27,7 @@ use crate::operating_point::{
 /// to nanoseconds.
 const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
-/// The loop of a scene about a given operating point, with exactly its contacts closed, all of them sticking.
+/// The loop of a scene about a given operating point, with exactly its contacts closed.
 ///
 /// Forces that depend on nothing do not enter, so the point need not be at rest by itself: only its poses, anchors and
 /// contact forces count.
@@ -256,7 +256,14 @@ impl<'a> SessionLoop<'a> {
         };
         let gains = gains(self.scene, contact.host, contact.user);
         let arm = contact.centre - pose.position;
-        let law = LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force);
+        let law = match contact.slides {
+            None => LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force),
+            Some(direction) => {
+                let press_n = (pose.orientation.conjugate() * contact.force).dot(contact.normal);
+                let friction = self.scene.contact.dynamic_friction;
+                LinearForce::sliding(&gains, &geometry, pose.orientation, arm, (direction, friction, press_n))
+            }
+        };
         Touch { user: contact.user, finger: usize::from(contact.finger), body, law }
     }
 

@@ -1,6 +1,6 @@
 //! Margins are where the verdict turns.
 
-use cotouch_analysis::{Margins, analyze_swept, margins};
+use cotouch_analysis::{Margins, analyze_settled, margins};
 use cotouch_scene::scene::{Architecture, PlayOut, WallSides};
 use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
@@ -11,7 +11,7 @@ fn of(scene: &Scene) -> Margins {
 }
 
 fn is_stable(scene: &Scene) -> bool {
-    analyze_swept(scene).unwrap().each_mode_is_stable()
+    analyze_settled(scene).unwrap().each_mode_is_stable()
 }
 
 fn with(scene: &Scene, key: &str, value: f64) -> Scene {

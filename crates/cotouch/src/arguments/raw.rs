@@ -276,7 +276,11 @@ A scene is called stable only where all that its users can touch, by script, by 
 analysed and is stable, and where an adversary that opens and closes contacts found nothing that keeps moving, far enough from \
 the line for that to mean something (switching, switching_distance, switching_found); unstable as soon as one analysed contact mode is; \
 and not proven (null with --json) where something was left out, or where switching is unproven. left_out says what. Maps and \
-margins are about the analysed modes alone.
+margins are about the contacts that scripts make.
+
+Contact modes are sets of contacts of fingers and walls with the copies of a body, by script, by a device or by a hand taken \
+on the page; of sets that differ only in who is who one is listed. The worst is searched further: fingers elsewhere on the \
+body, contacts that slide, hands held otherwise.
 
 With --sweep the answer is a map, with its boundary; LO may be above HI. --out map.svg writes it as a picture, map.csv as a \
 table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \
