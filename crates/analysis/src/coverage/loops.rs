@@ -6,12 +6,12 @@ use nalgebra::Complex;
 
 use super::hands::{Hand, held};
 use crate::compile::compile_at;
-use crate::eigenvalues::spectral_radius;
 use crate::independent::parts;
 use crate::loop_spec::{Body, LoopSpec};
 use crate::operating_point::{Arrangement, Reach};
 use crate::poles::judge;
 use crate::verdict::{AnalysisError, is_stable};
+use cotouch_matrix::spectral_radius;
 
 /// Contacts that are closed, and how hands are held meanwhile.
 #[derive(Clone, Debug)]
