@@ -15,7 +15,8 @@
 //! torque on the body: δτ = −(δc − δp)×F₀ − r×δF
 //! ```
 //!
-//! The terms with `F₀` are the geometric stiffness of preload.
+//! The terms with `F₀` are the geometric stiffness of preload. While a contact slides along `t`, the force is `f_n·(n − μ_k·t)`
+//! (7.4), so that the normal force pulls along the surface too; what resists sideways motion only takes energy and is left out.
 
 use cotouch_scene::scene::SpringDamper;
 use glam::{DMat3, DQuat, DVec3};
@@ -95,6 +96,26 @@ impl LinearForce {
         let damping = anisotropic(gains.normal.damping_n_s_per_m, gains.tangential.damping_n_s_per_m, normal);
         let turn = DMat3::from_quat(orientation);
         let to_world = |matrix: DMat3| turn * matrix * turn.transpose();
+        Self { position: to_world(local), velocity: -to_world(damping), arm, force }
+    }
+
+    /// A contact that slides in `direction` (of length 1, along the surface, body frame) against friction: what changes is
+    /// the normal force, δF = (n − μ_k·t)·δf_n with δf_n = −k_N·n·δu − b_N·n·w; the rest as for a contact that sticks.
+    pub(crate) fn sliding(
+        gains: &Gains,
+        at: &Geometry,
+        orientation: DQuat,
+        arm: DVec3,
+        (direction, dynamic_friction, press_n): (DVec3, f64, f64),
+    ) -> Self {
+        let &Geometry { normal, curvature, .. } = at;
+        let along = normal - direction * dynamic_friction;
+        let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = gains.normal;
+        let local = curvature * press_n - outer(along, normal) * stiffness_n_per_m;
+        let damping = outer(along, normal) * damping_n_s_per_m;
+        let turn = DMat3::from_quat(orientation);
+        let to_world = |matrix: DMat3| turn * matrix * turn.transpose();
+        let force = orientation * (along * press_n);
         Self { position: to_world(local), velocity: -to_world(damping), arm, force }
     }
 
@@ -237,4 +258,84 @@ fn inverse_left_jacobian(vector: DVec3) -> DMat3 {
     };
     let cross = cross(vector);
     DMat3::IDENTITY - cross * 0.5 + cross * cross * square
+}
+
+#[cfg(test)]
+mod tests {
+    use cotouch_scene::geometry::{Pose, Twist};
+    use cotouch_scene::scene::{Shape, ShapeKind};
+    use cotouch_world::{ContactModel, ContactState, Phase, Sphere, Surface, touch};
+
+    use super::*;
+
+    /// How the running law changes while a finger slides is what the analysis takes.
+    #[test]
+    fn a_contact_that_slides_changes_as_the_running_law() {
+        let (normal, tangential) = (spring(900.0, 4.0), spring(1300.0, 6.0));
+        let (friction, radius_m) = (0.4, 0.008);
+        let model = ContactModel {
+            normal,
+            tangential,
+            static_friction: 0.5,
+            dynamic_friction: friction,
+            stick_speed_m_per_s: 0.005,
+            period_s: 1.0 / 1024.0,
+            cancellation: None,
+        };
+        let shape = Shape { kind: ShapeKind::Box, size_m: DVec3::new(0.2, 0.12, 0.05), ..Shape::default() };
+        let surface = Surface::new(&shape);
+        let pose = Pose { position: DVec3::ZERO, orientation: DQuat::from_rotation_z(0.3) };
+        let local = DVec3::new(0.03, 0.06 + radius_m - 0.002, 0.0);
+        // Fast along x of the body; the finger came from outside and has slid for long.
+        let sliding = |moved: DVec3, faster: DVec3| {
+            let mut state = ContactState::default();
+            let at = |local: DVec3, velocity: DVec3| Sphere {
+                centre: pose.to_world(local) + moved,
+                velocity: pose.orientation * velocity + faster,
+                radius_m,
+            };
+            let still = (&pose, &Twist::default());
+            let apart =
+                touch(&model, &mut state, &surface, still, &at(local + DVec3::Y * 0.01, DVec3::ZERO), 0.0);
+            assert!(apart.is_none());
+            let mut force = None;
+            for tick in (0..40).rev() {
+                let before = local - DVec3::X * (1e-3 * f64::from(tick));
+                force = touch(&model, &mut state, &surface, still, &at(before, DVec3::X), 0.0);
+            }
+            assert_eq!(state.phase, Phase::Slide);
+            force.unwrap().force
+        };
+        let press_n = 900.0 * 0.002;
+        let geometry = Geometry { normal: DVec3::Y, curvature: DMat3::ZERO, stretch: DVec3::ZERO };
+        let law = LinearForce::sliding(
+            &Gains { normal, tangential },
+            &geometry,
+            pose.orientation,
+            DVec3::ZERO,
+            (DVec3::X, friction, press_n),
+        );
+        assert!(law.force.distance(sliding(DVec3::ZERO, DVec3::ZERO)) < 1e-9, "{}", law.force);
+        for axis in [DVec3::X, DVec3::Y] {
+            let (small, across) = (1e-6, pose.orientation * axis);
+            let change = (sliding(across * small, DVec3::ZERO) - sliding(-across * small, DVec3::ZERO))
+                / (2.0 * small);
+            assert!(
+                change.distance(law.position * across) < 1e-4,
+                "{axis}: {change} {}",
+                law.position * across
+            );
+            let change = (sliding(DVec3::ZERO, across * small) - sliding(DVec3::ZERO, -across * small))
+                / (2.0 * small);
+            assert!(
+                change.distance(law.velocity * across) < 1e-4,
+                "{axis}: {change} {}",
+                law.velocity * across
+            );
+        }
+    }
+
+    fn spring(stiffness_n_per_m: f64, damping_n_s_per_m: f64) -> SpringDamper {
+        SpringDamper { stiffness_n_per_m, damping_n_s_per_m }
+    }
 }

@@ -1,56 +1,316 @@
-//! What users can do in a scene that no contact mode is about.
+//! All that the users of a scene with rigid bodies can touch, mode by mode.
+//!
+//! Any finger can touch any body with a surface, whatever its script does: by a device, or by a hand that is taken on the
+//! page. Where every host keeps copies, each copy is touched by itself, for copies are not in the same place. A wall can
+//! meet each copy, and so can two or three walls that form a corner. A mode is a set of such contacts with one body: what
+//! touches another body has no part in its loop. One set is analysed for all that are alike but for who is who or for a
+//! reflection, with each finger on the side from which it comes, all contacts sticking and hands held as their scripts say.
+//!
+//! From the sets that come nearest to swinging ever more, others are searched for what comes nearer: hands that are held
+//! otherwise, which is a mode of its own where it is unstable; then fingers elsewhere on the body, contacts that slide, a body
+//! that is turned against its wall. What grows there grows only as long as that lasts, so that the scene is left open.
 
-use cotouch_scene::scene::{Architecture, Scene, ShapeKind, Space, WallSides};
+mod contacts;
+mod hands;
+mod left_out;
+mod loops;
+mod search;
+mod sets;
+mod symmetry;
 
+use cotouch_scene::scene::Scene;
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::gains::{self, Gain};
 use crate::left_out::LeftOut;
-use crate::operating_point::has_surface;
+use crate::lift::layout::{Layout, Registers};
+use crate::operating_point::Reach;
+use crate::verdict::{AnalysisError, ContactPlace, ModeStability, Worst, WorstGain};
+use contacts::{BodyContacts, Set, names};
+use hands::Hand;
+use loops::{Candidate, Judged, Movers, all_parts, judge_candidate, loops, worst};
+use search::Search;
+use sets::{Costs, Sets, sets};
 
-/// Adds what follows from the kind of scene.
-pub(crate) fn add_left_out(scene: &Scene, left_out: &mut Vec<LeftOut>) {
-    if scene.soft.exists() {
-        add_of_soft_contact(scene, left_out);
-    } else {
-        add_of_rigid_contact(scene, left_out);
+pub(crate) use left_out::of_soft_contact;
+
+/// What sets of contacts may cost, in cubes of states: some seconds on two cores.
+const SETS_BUDGET: f64 = 5e8;
+/// The same of what is searched from the worst of them.
+const SEARCH_BUDGET: f64 = 2.5e8;
+/// Sets from which is searched.
+const MAX_SEARCHED: usize = 8;
+/// Modes of which the axis is told.
+const MAX_WITH_AXIS: usize = 16;
+/// By such a share gains are changed to see what that does.
+const SMALL_CHANGE: f64 = 1e-4;
+
+/// What was found.
+pub(crate) struct Covered {
+    /// One for each set of contacts, hands as scripts hold them, none first; then unstable ones with hands that are held otherwise.
+    pub(crate) modes: Vec<ModeStability>,
+    /// The largest of the modes as scripts have them; with hands held otherwise only where these alone are unstable.
+    pub(crate) spectral_radius: f64,
+    /// The one that comes nearest to swinging ever more.
+    pub(crate) worst: Worst,
+    /// What was not analysed.
+    pub(crate) left_out: Vec<LeftOut>,
+}
+
+/// Analyses all that can be touched.
+pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
+    let reach = Reach::of(scene);
+    let study = Study { scene, reach: &reach };
+    let nothing = study.nothing()?;
+    let bodies: Vec<BodyContacts> =
+        (0..reach.bodies.len()).map(|body| BodyContacts::of(scene, &reach, body)).collect();
+    let mut left_out = reach.left_out.clone();
+    left_out::add_of_bodies(&reach, &mut left_out);
+    let mut modes = vec![study.mode(&study.untouched(), worst(nothing.iter().map(|(_, judged)| *judged)))];
+    let mut found = Vec::new();
+    let mut incomplete = Vec::new();
+    let budget = SETS_BUDGET / bodies.iter().filter(|body| !body.all.is_empty()).count().max(1) as f64;
+    for contacts in bodies.iter().filter(|body| !body.all.is_empty()) {
+        let Sets { sets, complete } = sets(scene, &reach, &study.costs(contacts), budget);
+        if !complete {
+            left_out.push(sets::left_out(&reach, contacts, sets.len()));
+            incomplete.push(contacts.body);
+        }
+        found.extend(study.judge_sets(contacts, sets)?);
+    }
+    found.sort_by(|one, other| other.judged.nearness.total_cmp(&one.judged.nearness));
+    for one in &found {
+        let candidate = study.told(&bodies[one.body], &one.set);
+        modes.push(study.mode(&candidate, study.beside(one.judged, &candidate, &nothing)));
+    }
+    study.add_axes(&mut modes, &found, &bodies)?;
+    let told_radius = modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
+    let told_is_stable = modes.iter().all(|mode| mode.stable);
+
+    let Results { mut lasting, passing } = study.search(&bodies, &found, &incomplete)?;
+    lasting.extend(study.other_hands()?);
+    for (candidate, judged) in lasting.iter().filter(|(_, judged)| !judged.stable) {
+        let mode = study.mode(candidate, *judged);
+        if !modes.iter().any(|known| known.contacts == mode.contacts) {
+            modes.push(mode);
+        }
+    }
+    if modes.iter().all(|mode| mode.stable) {
+        left_out.extend(study.growing(&passing));
+    }
+    let spectral_radius = match told_is_stable {
+        true => modes
+            .iter()
+            .filter(|mode| !mode.stable)
+            .map(|mode| mode.spectral_radius)
+            .fold(told_radius, f64::max),
+        false => told_radius,
+    };
+    let untouched = (study.untouched(), modes_worst(&nothing));
+    let searched = lasting.iter().chain(&passing).chain(std::iter::once(&untouched));
+    let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
+    let worst = study.worst(&nearest.unwrap_or(&untouched).0);
+    Ok(Covered { modes, spectral_radius, worst, left_out })
+}
+
+fn modes_worst(parts: &[(Movers, Judged)]) -> Judged {
+    worst(parts.iter().map(|(_, judged)| *judged))
+}
+
+/// A set of one body's contacts.
+struct FoundSet {
+    body: usize,
+    set: Set,
+    judged: Judged,
+}
+
+/// What a search found.
+#[derive(Default)]
+struct Results {
+    /// Sets of contacts, with hands held in the worst way: they last as long as hands are held so.
+    lasting: Vec<(Candidate, Judged)>,
+    /// From these on: fingers elsewhere, sliding, a body turned. How long these last depends on what hands do.
+    passing: Vec<(Candidate, Judged)>,
+}
+
+struct Study<'a> {
+    scene: &'a Scene,
+    reach: &'a Reach,
+}
+
+impl Study<'_> {
+    /// No contact, but for walls that never let go of the first body.
+    fn untouched(&self) -> Candidate {
+        self.told(&BodyContacts::of(self.scene, self.reach, 0), &[])
+    }
+
+    fn told(&self, contacts: &BodyContacts, set: &[usize]) -> Candidate {
+        let arrangement = contacts.arrangement(self.scene, self.reach, set);
+        Candidate { arrangement, hands: vec![Hand::Told; self.scene.users.len()] }
+    }
+
+    /// The parts of the loop without contact.
+    fn nothing(&self) -> Result<Vec<(Movers, Judged)>, AnalysisError> {
+        all_parts(self.scene, self.reach, &self.untouched())
+    }
+
+    /// No contact, with hands that are held otherwise.
+    fn other_hands(&self) -> Result<Vec<(Candidate, Judged)>, AnalysisError> {
+        let states = self.states(&BodyContacts::of(self.scene, self.reach, 0), &[]).max(1) as f64;
+        let ways = hands::all_ways(&self.scene.users, SEARCH_BUDGET / states.powi(3));
+        let judge = |hands: Vec<Hand>| {
+            let candidate = Candidate { hands, ..self.untouched() };
+            let judged = modes_worst(&all_parts(self.scene, self.reach, &candidate)?);
+            Ok((candidate, judged))
+        };
+        ways.into_par_iter().map(judge).collect()
+    }
+
+    fn costs<'b>(&self, contacts: &'b BodyContacts) -> Costs<'b> {
+        let all: Set = (0..contacts.all.len()).collect();
+        let states = [&[][..], &all].map(|set| self.states(contacts, set));
+        Costs { states, contacts }
+    }
+
+    /// In the loop of a body with these contacts.
+    fn states(&self, contacts: &BodyContacts, set: &[usize]) -> usize {
+        let parts = loops(self.scene, self.reach, &self.told(contacts, set));
+        parts.iter().map(|part| Layout::new(part, Registers::Shared).coordinates.len()).sum()
+    }
+
+    fn judge_sets(&self, contacts: &BodyContacts, sets: Vec<Set>) -> Result<Vec<FoundSet>, AnalysisError> {
+        let judge = |set: Set| {
+            let judged = judge_candidate(self.scene, self.reach, &self.told(contacts, &set), false)?;
+            Ok(FoundSet { body: contacts.body, set, judged })
+        };
+        sets.into_par_iter().filter(|set| !set.is_empty()).map(judge).collect()
+    }
+
+    /// With what has no part in the contacts.
+    fn beside(&self, judged: Judged, candidate: &Candidate, nothing: &[(Movers, Judged)]) -> Judged {
+        let others = nothing.iter().filter(|(movers, _)| !movers.take_part_in(&candidate.arrangement));
+        worst(std::iter::once(judged).chain(others.map(|(_, judged)| *judged)))
+    }
+
+    fn mode(&self, candidate: &Candidate, judged: Judged) -> ModeStability {
+        ModeStability {
+            contacts: self.names(candidate),
+            spectral_radius: judged.spectral_radius,
+            stable: judged.stable,
+            axis: judged.axis,
+            toppling_per_s: judged.toppling_per_s,
+        }
+    }
+
+    fn names(&self, candidate: &Candidate) -> Vec<String> {
+        let mut names = names(self.scene, self.reach, &candidate.arrangement);
+        for (user, hand) in self.scene.users.iter().zip(&candidate.hands) {
+            match hand {
+                Hand::Told => {}
+                Hand::Taken => names.push(format!("{}'s hand taken on the page", user.name)),
+                Hand::OnDevice => names.push(format!("{}'s hand on a device", user.name)),
+            }
+        }
+        names
+    }
+
+    /// Which way things move in the first modes after the one without contact, which are the worst.
+    fn add_axes(
+        &self,
+        modes: &mut [ModeStability],
+        found: &[FoundSet],
+        bodies: &[BodyContacts],
+    ) -> Result<(), AnalysisError> {
+        let worst: Vec<usize> = (0..found.len().min(MAX_WITH_AXIS)).collect();
+        let judge = |&place: &usize| {
+            let FoundSet { body, set, .. } = &found[place];
+            judge_candidate(self.scene, self.reach, &self.told(&bodies[*body], set), true)
+        };
+        let judged = worst.par_iter().map(judge).collect::<Result<Vec<_>, _>>()?;
+        for (mode, judged) in modes[1..].iter_mut().zip(judged) {
+            // Of what has no part in the contacts the axis is the first mode's.
+            mode.axis = if mode.spectral_radius > judged.spectral_radius { mode.axis } else { judged.axis };
+        }
+        Ok(())
+    }
+
+    /// The worst that is found from each of the worst sets.
+    fn search(
+        &self,
+        bodies: &[BodyContacts],
+        found: &[FoundSet],
+        incomplete: &[usize],
+    ) -> Result<Results, AnalysisError> {
+        let mut results = Results::default();
+        for FoundSet { body, set, judged } in found.iter().take(MAX_SEARCHED) {
+            let contacts = &bodies[*body];
+            let begin = self.told(contacts, set);
+            let states = self.states(contacts, set).max(1) as f64;
+            let left = (SEARCH_BUDGET / MAX_SEARCHED as f64 / states.powi(3)) as usize;
+            let mut search = Search { scene: self.scene, reach: self.reach, left };
+            let flips = incomplete.contains(body);
+            let with_hands = search.by_hands((begin, *judged))?;
+            results.lasting.push(with_hands.clone());
+            results.passing.push(search.from(contacts, set, flips, with_hands)?);
+        }
+        Ok(results)
+    }
+
+    /// That something which passes grows while it is there: neither stable nor, as long as nobody saw it last, unstable.
+    fn growing(&self, passing: &[(Candidate, Judged)]) -> Option<LeftOut> {
+        let growing = passing.iter().filter(|(_, judged)| !judged.stable);
+        let (candidate, judged) =
+            growing.max_by(|(_, one), (_, other)| one.spectral_radius.total_cmp(&other.spectral_radius))?;
+        let places = candidate.arrangement.grips.iter().map(|(grip, _)| {
+            let DVec3 { x, y, z } = grip.touches_at() * 1e3;
+            format!("{} at ({x:.1}, {y:.1}, {z:.1}) mm", grip.name)
+        });
+        let places: Vec<String> = places.collect();
+        Some(LeftOut::new(
+            format!("How long this lasts: {}", self.names(candidate).join(" + ")),
+            format!(
+                "it grows by {:.4} a period while it does, with {} of {}",
+                judged.spectral_radius,
+                places.join(", "),
+                self.reach.bodies[candidate.arrangement.body].name
+            ),
+        ))
+    }
+
+    fn worst(&self, candidate: &Candidate) -> Worst {
+        let place = |(grip, _): &(crate::operating_point::Grip, _)| ContactPlace {
+            contact: grip.name.clone(),
+            body: self.reach.bodies[grip.body].name.clone(),
+            at_m: grip.touches_at().to_array(),
+        };
+        let places: Vec<_> = candidate.arrangement.grips.iter().map(place).collect();
+        Worst {
+            contacts: self.names(candidate),
+            place: (!places.is_empty()).then_some(places),
+            gain: self.worst_gain(candidate),
+        }
+    }
+
+    /// The gain of which a small share moves a candidate most.
+    fn worst_gain(&self, candidate: &Candidate) -> Option<WorstGain> {
+        let gains = gains::present(self.scene);
+        let slopes: Vec<WorstGain> =
+            gains.par_iter().filter_map(|gain| self.slope(candidate, gain)).collect();
+        let steepest =
+            slopes.into_iter().max_by(|one, other| one.slope.abs().total_cmp(&other.slope.abs()))?;
+        (steepest.slope != 0.0).then_some(steepest)
+    }
+
+    fn slope(&self, candidate: &Candidate, &Gain { key, value }: &Gain) -> Option<WorstGain> {
+        let nearness = |factor: f64| {
+            let changed = cotouch_scene::with_override(self.scene, key, value * factor).ok()?;
+            Some(judge_candidate(&changed, self.reach, candidate, false).ok()?.nearness)
+        };
+        let slope = (nearness(1.0 + SMALL_CHANGE)? - nearness(1.0 - SMALL_CHANGE)?) / (2.0 * SMALL_CHANGE);
+        Some(WorstGain { key: key.to_owned(), value, slope })
     }
 }
 
-fn add_of_rigid_contact(scene: &Scene, left_out: &mut Vec<LeftOut>) {
-    let bodies = scene.world_bodies();
-    let with_surface = || bodies.iter().filter(|body| has_surface(&body.shape));
-    let touched = with_surface().next().is_some();
-    let one_sided_wall = scene.wall.exists() && (touched || scene.wall.sides == WallSides::One);
-    if scene.session.architecture == Architecture::Distributed && (touched || one_sided_wall) {
-        left_out.push(LeftOut::new(
-            "Contacts with some copies of a body and not with the others",
-            "all copies are taken to be touched at the same instants",
-        ));
-    }
-    if !touched {
-        return;
-    }
-    if scene.space != Space::Line {
-        left_out.push(LeftOut::new("Contacts that slide", "contacts are taken to stick"));
-        left_out.push(LeftOut::new(
-            "Contacts elsewhere on a surface",
-            "each finger is taken to touch where it comes from",
-        ));
-    }
-    if with_surface().any(|body| matches!(body.shape.kind, ShapeKind::Hull | ShapeKind::Mesh)) {
-        left_out.push(LeftOut::new(
-            "Edges of meshes and hulls",
-            "they are taken as flat where fingers touch them",
-        ));
-    }
-    if bodies.len() > 1 {
-        left_out.push(LeftOut::new("Contacts between bodies", "the bodies are taken to stay apart"));
-    }
-}
-
-fn add_of_soft_contact(scene: &Scene, left_out: &mut Vec<LeftOut>) {
-    if scene.local_model.sides == WallSides::One {
-        left_out.push(LeftOut::new(
-            "Contacts elsewhere on the soft surface, under load, and such that slide",
-            "each finger is taken to stick to the nearest point of the resting body from where it starts",
-        ));
-    }
-}
+#[cfg(test)]
+mod tests;

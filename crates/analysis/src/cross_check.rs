@@ -78,7 +78,7 @@ enum Incomparable {
     Outgrown,
 }
 
-/// Finds the maps of a scene's contact modes by every route: of all modes where there are few, else of the worst one of
+/// Finds the maps of the contact modes of a scene's settled grasp by every route: of all modes where there are few, else of the worst one of
 /// `stability`, which is what [`crate::analyze`] said of this scene. `progress` is told the share that is done.
 ///
 /// # Errors
@@ -99,7 +99,8 @@ fn worth_checking(mut modes: Vec<ContactMode>, stability: &Stability) -> Vec<Con
     if modes.len() > MAX_MODES {
         let by_radius =
             |a: &&ModeStability, b: &&ModeStability| a.spectral_radius.total_cmp(&b.spectral_radius);
-        let worst = stability.modes.iter().max_by(by_radius);
+        let is_compiled = |judged: &&ModeStability| modes.iter().any(|mode| mode.contacts == judged.contacts);
+        let worst = stability.modes.iter().filter(is_compiled).max_by(by_radius);
         modes.retain(|mode| worst.is_some_and(|worst| worst.contacts == mode.contacts));
     }
     modes

@@ -1,7 +1,6 @@
 //! The gains of a scene that its linear loops depend on.
 
 use cotouch_scene::{Scene, with_override};
-use rayon::prelude::*;
 
 use crate::modes::contact_modes;
 use crate::soft::Bodies;
@@ -45,22 +44,24 @@ pub(crate) struct Gain {
     pub(crate) value: f64,
 }
 
+/// The gains of a scene that are not 0.
+pub(crate) fn present(scene: &Scene) -> Vec<Gain> {
+    let gains = KEYS.iter().filter_map(|&key| Some(Gain { key, value: scene.number(key)? }));
+    gains.filter(|gain| gain.value != 0.0).collect()
+}
+
 /// The gains that are not 0 and on which the loops of some contact mode depend.
 pub(crate) fn acting_gains(scene: &Scene) -> Vec<Gain> {
     let bodies = Bodies::default();
     let loops = |scene: &Scene| contact_modes(scene, &bodies).ok();
-    let present = loops(scene);
+    let as_it_is = loops(scene);
     let acts = |gain: &Gain| {
         // A little either way, whichever is allowed.
         let changed =
             [1.01, 0.99].into_iter().find_map(|f| with_override(scene, gain.key, f * gain.value).ok());
-        changed.is_some_and(|changed| loops(&changed) != present)
+        changed.is_some_and(|changed| loops(&changed) != as_it_is)
     };
-    KEYS.par_iter()
-        .filter_map(|&key| Some(Gain { key, value: scene.number(key)? }))
-        .filter(|gain| gain.value != 0.0)
-        .filter(acts)
-        .collect()
+    present(scene).into_iter().filter(acts).collect()
 }
 
 #[cfg(test)]

@@ -16,7 +16,7 @@
 //! ([`OperatingPoint`]), in all directions at once: faces turn with their bodies, and preload pushes sideways on what
 //! turns. A scene compiles to one [`loop_spec::LoopSpec`] for each contact mode ([`compile()`]); its map ([`LiftedMap`]) names
 //! each of its coordinates, samples in flight included; [`eigenvalues()`] balances first; poles that are 1 by structure are
-//! removed by structure; [`analyze`] gives the verdict.
+//! removed by structure; [`analyze`] gives the verdict: on all that users can touch, not only on what scripts hold.
 //!
 //! What follows from verdicts: [`stability_map`] draws the plane of two scene keys ([`Sweep`], [`Evaluator`]), [`margins`] says how far
 //! each gain, the delay, the rates and the loss of packets are from instability. What users perceive of the object is in
@@ -64,6 +64,7 @@ mod dof;
 mod dominant;
 mod evaluator;
 mod gains;
+mod independent;
 mod left_out;
 mod lift;
 pub mod local_model;
@@ -79,6 +80,7 @@ mod rigid;
 mod soft;
 mod stability;
 mod sweep;
+mod switching;
 mod symmetry;
 mod toppling;
 pub mod transparency;
@@ -98,9 +100,10 @@ pub use margin::{Cure, DelayAndLoss, GainMargin, Margins, RateMargin, margins};
 pub use operating_point::{CornerContact, FingerContact, OperatingPoint};
 pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};
-pub use stability::analyze;
+pub use stability::{analyze, analyze_settled};
 pub use sweep::{Grid, Sweep, SweepError};
+pub use switching::{MAX_DISTANCE, MIN_DISTANCE};
 pub use verdict::{
-    AnalysisError, ContactPlace, LoopStability, ModeStability, PointVerdict, Stability, Switching, Worst,
-    WorstGain,
+    AnalysisError, ContactPlace, HandPolicy, LoopStability, ModeStability, PointVerdict, Stability,
+    Switching, UnsettledMotion, Worst, WorstGain,
 };

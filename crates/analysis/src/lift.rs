@@ -2,6 +2,7 @@
 
 pub(crate) mod layout;
 pub(crate) mod program;
+pub(crate) mod rows;
 pub(crate) mod stepping;
 mod timetable;
 

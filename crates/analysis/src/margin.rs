@@ -13,7 +13,7 @@ mod scan;
 use cotouch_scene::scene::PlayOut;
 use cotouch_scene::{Scene, with_override};
 
-use crate::stability::analyze;
+use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::verdict::Stability;
 use found::{Found, go_on};
@@ -25,7 +25,7 @@ pub use found::{Cure, DelayAndLoss, GainMargin, Margins, RateMargin};
 /// # Errors
 /// When the scene cannot be analysed, or `progress` said no.
 pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
-    let verdict = analyze(scene)?;
+    let verdict = analyze_settled(scene)?;
     let mut margins = Margins {
         stable: verdict.each_mode_is_stable(),
         spectral_radius: verdict.spectral_radius,

@@ -26,6 +26,7 @@
 //!     anchor,
 //!     curvature: DMat3::ZERO, // a flat face
 //!     force,
+//!     slides: None,
 //! });
 //! let map = compile_at(&scene, &point).lift()?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
@@ -33,9 +34,11 @@
 
 mod faces;
 mod point;
+mod reach;
 mod settled;
 mod statics;
 
 pub(crate) use faces::has_surface;
 pub use point::{CornerContact, FingerContact, OperatingPoint};
-pub(crate) use settled::{Settled, gains, hosts_with_copies};
+pub(crate) use reach::{Arrangement, Copies, Reach};
+pub(crate) use settled::{Grip, Settled, gains, hosts_with_copies};

@@ -33,7 +33,7 @@ use coasting::{Coasting, coasting};
 use cotouch_matrix::SingularValues;
 use offsets::{Offsets, is_of_part};
 use pivots::TurningPart;
-use ties::Ties;
+pub(crate) use ties::Ties;
 use with_blocks::PartWithBlocks;
 
 /// Vectors of the eigenvalue 1 that follow from a loop's structure.

@@ -3,41 +3,86 @@
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
-use crate::compile::ContactMode;
-use crate::coverage;
+use crate::compile::{ContactMode, every_finger};
+use crate::coverage::{self, Covered};
 use crate::left_out::LeftOut;
-use crate::modes::contact_modes;
+use crate::modes::{contact_modes, contact_points};
 use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
+use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
-/// Analyses every contact mode of a scene.
+/// Analyses all that the users of a scene can do: every contact of every finger and wall with every copy of a body, by
+/// script, by a device or by a hand taken on the page; and searches what switching between these contacts can do.
 ///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
 pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
-    let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
+    if scene.soft.exists() {
+        let mut stability = analyze_settled(scene)?;
+        let gap = coverage::of_soft_contact(scene);
+        stability.warnings.extend(gap.iter().map(LeftOut::to_string));
+        stability.left_out.extend(gap);
+        stability.stable =
+            whole_verdict(stability.each_mode_is_stable(), stability.switching, &stability.left_out);
+        return Ok(stability);
+    }
+    let (modes, _) = contact_modes(scene, &Bodies::default())?;
+    let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
+    let headline = analyze_loop(&settled.spec)?;
+    let Covered { modes: covered, spectral_radius, worst, left_out } = coverage::cover(scene)?;
+    let each_is_stable = covered.iter().all(|mode| mode.stable);
+    let switched = match each_is_stable {
+        true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
+        false => Switched::unsearched(Switching::Unproven),
+    };
+    let warnings = warnings(scene, &covered, (settled, &headline), &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
+    Ok(Stability {
+        spectral_radius,
+        stable: whole_verdict(each_is_stable, switching, &left_out),
+        rigid_body_poles: headline.rigid_body_poles,
+        drag_pole: headline.drag_pole,
+        states: states(settled)?,
+        period_s: settled.spec.pattern_s(),
+        switching,
+        switching_distance: distance,
+        switching_found: found,
+        worst: Some(worst),
+        left_out,
+        warnings,
+        modes: covered,
+    })
+}
+
+/// Analyses the contact modes of the settled grasp alone, those of [`crate::compile()`]: what maps and margins are about, and
+/// a run that goes as its scripts say. Of a scene with a soft body, every mode that there is. Nothing is searched, so that
+/// switching between several modes is unproven.
+///
+/// # Errors
+/// As [`analyze`].
+pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
+    let (modes, left_out) = contact_modes(scene, &Bodies::default())?;
     // Before any is judged: that takes long where one is too large.
     modes.iter().try_for_each(|mode| check_size(&mode.spec))?;
-    coverage::add_left_out(scene, &mut left_out);
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);
     let each_is_stable = verdicts.iter().all(|verdict| verdict.stable);
-    let Switched { switching, distance, found } = switched(&modes);
-    left_out.extend(found);
-    let warnings = warnings(scene, &modes, &verdicts, &left_out);
-    let states = if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() };
-    let period_s = spec.pattern_s();
-    let mode = |(mode, verdict): (ContactMode, &LoopStability)| ModeStability {
-        contacts: mode.contacts,
+    let switched = unsearched(&modes);
+    let (states, period_s) = (states(&modes[settled])?, spec.pattern_s());
+    let mode = |(mode, verdict): (&ContactMode, &LoopStability)| ModeStability {
+        contacts: mode.contacts.clone(),
         spectral_radius: verdict.spectral_radius,
         stable: verdict.stable,
         axis: verdict.axis,
         toppling_per_s: verdict.toppling_per_s.first().copied(),
     };
-    let modes: Vec<_> = modes.into_iter().zip(&verdicts).map(mode).collect();
+    let judged: Vec<_> = modes.iter().zip(&verdicts).map(mode).collect();
+    let warnings = warnings(scene, &judged, (&modes[settled], headline), &left_out, &switched);
+    let Switched { switching, distance, found } = switched;
+    let modes = judged;
     Ok(Stability {
         spectral_radius: modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max),
         stable: whole_verdict(each_is_stable, switching, &left_out),
@@ -47,6 +92,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         period_s,
         switching,
         switching_distance: distance,
+        switching_found: found,
         worst: worst(&modes),
         left_out,
         warnings,
@@ -54,19 +100,14 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     })
 }
 
-/// What is known about switching between modes.
-struct Switched {
-    switching: Switching,
-    /// As in [`Stability::switching_distance`].
-    distance: Option<f64>,
-    /// What an adversary found: a sequence of contacts under which the session does not settle.
-    found: Option<LeftOut>,
+/// Numbers in the state of a mode's loop.
+fn states(ContactMode { spec, .. }: &ContactMode) -> Result<usize, AnalysisError> {
+    Ok(if spec.blocks.is_empty() { spec.coordinates()?.len() } else { spec.shared_states() })
 }
 
 /// Modes are analysed one by one; between several of them nothing is known.
-fn switched(modes: &[ContactMode]) -> Switched {
-    let switching = if modes.len() > 1 { Switching::Unproven } else { Switching::None };
-    Switched { switching, distance: None, found: None }
+fn unsearched(modes: &[ContactMode]) -> Switched {
+    Switched::unsearched(if modes.len() > 1 { Switching::Unproven } else { Switching::None })
 }
 
 /// As in [`Stability::stable`].

@@ -1,5 +1,7 @@
 //! What is said of a scene and of its loops.
 
+mod unsettled;
+
 use nalgebra::Complex;
 use serde::Serialize;
 
@@ -7,6 +9,8 @@ use crate::check::SpecError;
 use crate::left_out::LeftOut;
 use crate::soft::SoftAnalysisError;
 use cotouch_matrix::EigenvalueError;
+
+pub use unsettled::{HandPolicy, UnsettledMotion};
 
 /// The verdict on a scene; serialises to the document of `cotouch analyze stability`.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -34,9 +38,12 @@ pub struct Stability {
     pub modes: Vec<ModeStability>,
     /// What is known about switching between the modes.
     pub switching: Switching,
-    /// The largest common factor on the gains of all contacts up to which every analysed mode stays stable: how far the
-    /// scene is from the line. `None` where that was not asked, and where there is nothing to switch.
+    /// The largest common factor on the springs of all contacts, alone and together with their dampers, up to which every
+    /// mode that maps are about stays stable, at most 4: how far the scene is from the line. `None` where that was not asked,
+    /// and where there is nothing to switch.
     pub switching_distance: Option<f64>,
+    /// What an adversary that opens and closes contacts keeps moving.
+    pub switching_found: Option<UnsettledMotion>,
     /// The mode with the largest spectral radius.
     pub worst: Option<Worst>,
     /// What can happen in this scene and was not analysed.

@@ -8,38 +8,41 @@ use crate::compile::ContactMode;
 use crate::left_out::LeftOut;
 use crate::operating_point::{FingerContact, OperatingPoint, has_surface};
 use crate::rigid::has_untied_copies;
-use crate::verdict::LoopStability;
+use crate::switching::{MIN_DISTANCE, Switched};
+use crate::verdict::{LoopStability, ModeStability, Switching};
 
 /// What the scene has that the verdict does not cover.
 pub(crate) fn warnings(
     scene: &Scene,
-    modes: &[ContactMode],
-    verdicts: &[LoopStability],
+    modes: &[ModeStability],
+    (settled, headline): (&ContactMode, &LoopStability),
     left_out: &[LeftOut],
+    switched: &Switched,
 ) -> Vec<String> {
     let mut warnings = Vec::new();
     warn_of_link(scene, &mut warnings);
-    warn_of_modes(scene, modes, verdicts, &mut warnings);
+    if modes.len() > 1 {
+        warn_of_modes(scene, modes.iter().all(|mode| mode.stable), switched, &mut warnings);
+    }
     warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
     warn_of_soft_contact(scene, &mut warnings);
     warn_of_device(scene, &mut warnings);
-    if modes.iter().any(|mode| mode.settled && has_untied_copies(&mode.spec)) {
+    if has_untied_copies(&settled.spec) {
         warnings.push(
             "No force ties the copies of an object to each other; each part of the session is judged by itself."
                 .to_owned(),
         );
     }
-    let topple = verdicts.iter().filter(|verdict| !verdict.toppling_per_s.is_empty());
-    let fastest_per_s = topple.clone().filter_map(|verdict| verdict.toppling_per_s.first().copied());
-    if let Some(fastest_per_s) = fastest_per_s.reduce(f64::max) {
+    let topple: Vec<f64> = modes.iter().filter_map(|mode| mode.toppling_per_s).collect();
+    if let Some(fastest_per_s) = topple.iter().copied().reduce(f64::max) {
         warnings.push(format!(
             "In {} of {} contact modes a body topples or slips away by its statics alone, with perfect devices and no delay too (up to {fastest_per_s:.3} /s). That leads to another contact mode and does not count.",
-            topple.count(),
-            verdicts.len()
+            topple.len(),
+            modes.len()
         ));
     }
-    if verdicts.iter().any(|verdict| verdict.loose_parts > 0) {
+    if headline.loose_parts > 0 {
         warnings.push(
             "A part that no stiffness ties to the rest stays wherever it drifts, which does not count as stable."
                 .to_owned(),
@@ -48,24 +51,31 @@ pub(crate) fn warnings(
     warnings
 }
 
-fn warn_of_modes(
-    scene: &Scene,
-    modes: &[ContactMode],
-    verdicts: &[LoopStability],
-    warnings: &mut Vec<String>,
-) {
-    if modes.len() < 2 {
-        return;
-    }
-    let each = if verdicts.iter().all(|verdict| verdict.stable) {
-        "each contact mode is stable"
-    } else {
-        "not every contact mode is stable"
-    };
+fn warn_of_modes(scene: &Scene, each_is_stable: bool, switched: &Switched, warnings: &mut Vec<String>) {
     let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
     let soft = scene.soft.exists();
     let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };
-    warnings.push(format!("{what}: {each}, switching between the modes is unproven."));
+    warnings.push(format!("{what}: {}.", of_switching(each_is_stable, switched)));
+}
+
+fn of_switching(each_is_stable: bool, switched: &Switched) -> String {
+    let Switched { switching, distance, found } = switched;
+    match (switching, distance, found) {
+        (_, _, Some(found)) => format!("each contact mode is stable, but {}", found.told()),
+        (Switching::Searched, Some(distance), None) => format!(
+            "each contact mode is stable, and an adversary that switches contacts found nothing that keeps moving; they may be \
+             {distance:.2} times as stiff before a mode is unstable"
+        ),
+        (_, Some(distance), None) if *distance < MIN_DISTANCE => format!(
+            "each contact mode is stable, switching between the modes is unproven this close to the line: an adversary found \
+             nothing, but that means something only where contacts may be {MIN_DISTANCE:.2} times as stiff, and here it is \
+             {distance:.2} times"
+        ),
+        _ if each_is_stable => {
+            "each contact mode is stable, switching between the modes is unproven".to_owned()
+        }
+        _ => "not every contact mode is stable, switching between the modes is unproven".to_owned(),
+    }
 }
 
 /// What of contacts is not linear.

@@ -2,6 +2,7 @@
 
 mod address;
 mod analyze;
+mod lateness;
 mod local_model;
 mod map;
 mod margin;

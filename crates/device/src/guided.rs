@@ -45,10 +45,6 @@ pub const POINTER_STOP_S: f64 = 0.3;
 /// Then what the spring still pulls with fades out within this time, s.
 pub const POINTER_FADE_S: f64 = 0.3;
 
-/// The spring of users whose scene gives them none for tracking: soft enough for a mouse's stretch to be seen, and
-/// with it the built-in scenes are as stable as before.
-const USUAL: SpringDamper = SpringDamper { stiffness_n_per_m: 150.0, damping_n_s_per_m: 6.0 };
-
 /// What `--device` says before the colon.
 pub(crate) const NAME: &str = "hand";
 
@@ -66,8 +62,7 @@ pub(crate) fn open(parameters: &str, setup: DeviceSetup<'_>) -> Result<Box<dyn D
 /// When the scene has no such host.
 #[must_use]
 pub fn pointer_spring(scene: &Scene, host: HostIndex) -> SpringDamper {
-    let tracking = scene.users[host.index()].tracking;
-    if tracking.stiffness_n_per_m > 0.0 { tracking } else { USUAL }
+    scene.users[host.index()].pointer_spring()
 }
 
 /// `scene` as the analysis must see it while pointers move the hands of `hosts`: their fingers are tracked by [`pointer_spring`].

@@ -24,6 +24,7 @@
 mod change;
 pub mod clock;
 mod control;
+mod data_age;
 mod device_choice;
 mod exchange;
 mod export;
@@ -85,8 +86,8 @@ pub use snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot, Surface
 pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
-    DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, Predicted, RoundTripSummary, SettingValue, SettingsSummary,
-    ShakingSummary, SoftSummary, Summary, Unproven, UserSummary,
+    DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, LatenessSummary, NetworkSummary,
+    ObjectSummary, PassivitySummary, Percentiles, Predicted, PredictedForDelay, RoundTripSummary,
+    SettingValue, SettingsSummary, ShakingSummary, SoftSummary, Summary, Unproven, UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

@@ -17,11 +17,13 @@ use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::LocalTime;
 
 use crate::clock;
-use crate::priority::HELPER_STACK_BYTES;
+use crate::priority::{HELPER_STACK_BYTES, raise_network_thread};
 use crate::transport::{DynTransport, Impaired, MAX_WAIT, Transport};
 
 /// State packets that may wait for the haptic thread, and for the sender.
 const QUEUE: usize = 256;
+/// After a failed receive, the next one waits so long.
+const AFTER_A_FAILURE: Duration = Duration::from_millis(1);
 /// News that wait to be taken.
 const MAX_NEWS: usize = 64;
 
@@ -228,7 +230,10 @@ fn spawn(
     body: impl FnOnce(&Shared) + Send + 'static,
 ) -> io::Result<JoinHandle<()>> {
     let shared = Arc::clone(shared);
-    thread::Builder::new().name(name.to_owned()).stack_size(HELPER_STACK_BYTES).spawn(move || body(&shared))
+    thread::Builder::new().name(name.to_owned()).stack_size(HELPER_STACK_BYTES).spawn(move || {
+        raise_network_thread();
+        body(&shared);
+    })
 }
 
 impl Shared {
@@ -240,7 +245,15 @@ impl Shared {
         let mut datagram = [0; 2048];
         while !self.stop.load(Ordering::Relaxed) {
             // That nothing came is the chance to see a stop.
-            let Ok(Some(arrival)) = self.transport.receive(clock::now(), &mut datagram) else { continue };
+            let arrival = match self.transport.receive(clock::now(), &mut datagram) {
+                Ok(Some(arrival)) => arrival,
+                Ok(None) => continue,
+                // A transport that fails at once, again and again, must not keep the processor at this priority.
+                Err(_) => {
+                    thread::sleep(AFTER_A_FAILURE);
+                    continue;
+                }
+            };
             let mut protocol = self.lock();
             protocol.endpoint.handle_datagram(arrival.at, arrival.from, &datagram[..arrival.length]);
             self.pump(&mut protocol, arrival.at);

@@ -11,12 +11,15 @@ pub(crate) const HELPER_STACK_BYTES: usize = 256 * 1024;
 /// SCHED_FIFO priority of the haptic thread; audio servers and PREEMPT_RT interrupt threads use more.
 const FIFO_PRIORITY: u8 = 40;
 
+/// That of a network thread: what it brings is due for a tick, which comes first.
+const NETWORK_FIFO_PRIORITY: u8 = 39;
+
 /// Raises the calling thread to real-time scheduling, locks the process's memory and asks for precise timers. What the
 /// system does not allow is left as it was and said in one sentence.
 #[must_use]
 pub(crate) fn raise_haptic_thread() -> Option<String> {
     let mut refused = Vec::new();
-    if raise_to_fifo().is_err() {
+    if raise_to_fifo(FIFO_PRIORITY).is_err() {
         refused.push("real-time scheduling (SCHED_FIFO)");
     }
     if lock_memory().is_err() {
@@ -27,22 +30,30 @@ pub(crate) fn raise_haptic_thread() -> Option<String> {
     }
     (!refused.is_empty()).then(|| {
         let refused = refused.join(" and ");
-        format!("the system does not allow {refused} for this process; haptic ticks may come late under load")
+        format!("the system does not allow {refused} for this process; haptic ticks and packets may come late under load")
     })
 }
 
+/// Raises the calling thread to real-time scheduling, just below the haptic thread. Where the system does not allow that, it
+/// stays as it was: the haptic thread of the same process meets the same refusal, and says so.
+pub(crate) fn raise_network_thread() {
+    if let Err(error) = raise_to_fifo(NETWORK_FIFO_PRIORITY) {
+        tracing::debug!("a network thread runs without real-time scheduling: {error:?}");
+    }
+}
+
 #[cfg(target_os = "linux")]
-fn raise_to_fifo() -> Result<(), thread_priority::Error> {
+fn raise_to_fifo(priority: u8) -> Result<(), thread_priority::Error> {
     use thread_priority::unix::{
         RealtimeThreadSchedulePolicy, ThreadSchedulePolicy, set_thread_priority_and_policy, thread_native_id,
     };
-    let priority = ThreadPriority::Crossplatform(FIFO_PRIORITY.try_into().expect("between 0 and 99"));
+    let priority = ThreadPriority::Crossplatform(priority.try_into().expect("between 0 and 99"));
     let policy = ThreadSchedulePolicy::Realtime(RealtimeThreadSchedulePolicy::Fifo);
     set_thread_priority_and_policy(thread_native_id(), priority, policy)
 }
 
 #[cfg(not(target_os = "linux"))]
-fn raise_to_fifo() -> Result<(), thread_priority::Error> {
+fn raise_to_fifo(_priority: u8) -> Result<(), thread_priority::Error> {
     thread_priority::set_current_thread_priority(ThreadPriority::Max)
 }
 

@@ -20,6 +20,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use crate::change::HostChange;
+use crate::data_age::DataAge;
 use crate::exchange::RecordSink;
 use crate::faults::DeviceFaults;
 use crate::observer::{Observer, Rendered};
@@ -47,6 +48,7 @@ pub struct Station<D> {
     pub observer: Observer,
     governor: Governor,
     settings: SettingsLog,
+    data_age: DataAge,
     /// The way to the simulation of a soft object, where this host has one.
     soft: Option<SlowPort>,
     /// Where surfaces are put together for the recording, so that it allocates nothing.
@@ -155,6 +157,7 @@ impl<D: Device> Station<D> {
             device,
             observer: Observer::new(scene, fingers),
             settings: SettingsLog::new(scene),
+            data_age: DataAge::new(scene),
             governor,
             soft: None,
             surface: SurfaceRecord::default(),
@@ -207,6 +210,7 @@ impl<D: Device> Station<D> {
             observer: self.observer.clone(),
             governor: self.governor.clone(),
             settings: self.settings.clone(),
+            data_age: self.data_age.clone(),
             soft: self.soft.as_ref().and_then(SlowPort::fork),
             surface: SurfaceRecord::default(),
             braked_ticks: self.braked_ticks,
@@ -319,6 +323,9 @@ impl<D: Device> Station<D> {
     /// No allocation, no lock, no system call besides the device's.
     pub fn finish(&mut self, punctuality: impl FnOnce() -> Punctuality) -> &TickRecord {
         self.play_out();
+        if let Some(step) = self.instant.step.filter(|_| !self.state.releasing) {
+            self.data_age.observe(&self.model, &self.state.host, step);
+        }
         let tick = self.instant.tick;
         self.state.last_tick = Some(tick);
         refill(&mut self.state.last_readings, self.instant.readings.iter().copied());
@@ -457,6 +464,11 @@ impl<D: Device> Station<D> {
         refill(&mut record.finger_energy_j, self.state.ports.iter().map(PortEnergy::energy_j));
         record.touches_wall = output.touches_wall;
         record.diverged = output.diverged;
+    }
+
+    /// How old the data in use were.
+    pub(crate) fn data_age(&self) -> &DataAge {
+        &self.data_age
     }
 
     /// With which settings it has run, and what it was like with each.

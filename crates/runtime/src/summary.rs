@@ -46,6 +46,8 @@ pub struct Summary {
     pub haptic: HapticSummary,
     /// The network, summed over hosts.
     pub network: NetworkSummary,
+    /// What came later than the prediction assumes.
+    pub lateness: LatenessSummary,
     /// The slow simulations of a soft object, summed over hosts; none in a scene without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub soft: Option<SoftSummary>,
@@ -109,6 +111,7 @@ impl Summary {
             predictions_left_out: 0,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
+            lateness: LatenessSummary::default(),
             soft: None,
             objects: Vec::new(),
             users_detail: scene.users.iter().map(user).collect(),
@@ -320,6 +323,43 @@ pub struct NetworkSummary {
     pub lost: u64,
     /// Round trips of all links together, ms.
     pub round_trip_ms: RoundTripSummary,
+}
+
+/// What came later than the prediction assumes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LatenessSummary {
+    /// Ticks that were skipped because the host was late.
+    pub missed_ticks: u64,
+    /// Ticks that began more than a haptic period late.
+    pub late_ticks: u64,
+    /// How late the latest tick began, ms; `None` in virtual time.
+    pub worst_tick_ms: Option<f64>,
+    /// State packets that came after the network step at which they were due.
+    pub late_packets: u64,
+    /// By how many network periods the data in use were older than intended, in at least one of a hundred network steps. Lost
+    /// packets make data older too.
+    pub data_excess_periods: u32,
+    /// What the analysis says of a delay that is longer by as much; `None` where nothing was late or predicted.
+    pub predicted_for: Option<PredictedForDelay>,
+}
+
+impl LatenessSummary {
+    /// Whether anything was late.
+    #[must_use]
+    pub fn is_any(&self) -> bool {
+        self.missed_ticks > 0 || self.late_ticks > 0 || self.late_packets > 0
+    }
+}
+
+/// What the analysis says of another delay.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PredictedForDelay {
+    /// The delay, network periods, as `link.delay_periods`.
+    pub delay_periods: u32,
+    /// Whether the scene would be stable; `None` where that is not proven.
+    pub stable: Option<bool>,
+    /// The largest spectral radius of a mode.
+    pub spectral_radius: f64,
 }
 
 /// Mean and scatter of the round trip, ms.

@@ -18,8 +18,8 @@ use crate::settings_log::SettingsRun;
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
-    DeviceFaultSummary, DivergedSummary, HapticSummary, NetworkSummary, ObjectSummary, PassivitySummary,
-    Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary, SoftSummary, Summary,
+    DeviceFaultSummary, DivergedSummary, HapticSummary, LatenessSummary, NetworkSummary, ObjectSummary,
+    PassivitySummary, Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary, SoftSummary, Summary,
 };
 use crate::timing::Timing;
 
@@ -39,6 +39,8 @@ pub(crate) struct HostRun {
     passivity: PassivitySummary,
     device_faults: Option<DeviceFaultSummary>,
     soft: Option<SoftRun>,
+    late_packets: u64,
+    data_excess_periods: u32,
     timing: Timing,
     links: Vec<LinkStatistics>,
 }
@@ -59,6 +61,8 @@ impl HostRun {
             passivity: station.passivity(),
             device_faults: device_faults(station.device_faults()),
             soft: station.soft().map(|port| SoftRun::new(station, port)),
+            late_packets: station.state.host.peers.iter().map(|peer| peer.samples.counts().late).sum(),
+            data_excess_periods: station.data_age().excess_periods(),
             timing,
             links,
         }
@@ -110,6 +114,7 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.predictions_left_out = runs.iter().map(|run| run.settings_left_out).max().unwrap_or(0);
     summary.haptic = haptic(runs);
     summary.network = network(runs);
+    summary.lateness = lateness(scene, runs);
     summary.soft = soft(runs);
     summary.objects = runs.first().map(|run| objects(scene, run)).unwrap_or_default();
     for run in runs {
@@ -195,6 +200,19 @@ fn haptic(runs: &[HostRun]) -> HapticSummary {
         missed,
         compute_us: percentiles(runs, |timing| &timing.compute_ns),
         lateness_us: percentiles(runs, |timing| &timing.lateness_ns),
+    }
+}
+
+fn lateness(scene: &Scene, runs: &[HostRun]) -> LatenessSummary {
+    let period_ns = (1e9 * scene.rates.control_hz.period_s()) as u64;
+    let latest = |run: &HostRun| (!run.timing.lateness_ns.is_empty()).then(|| run.timing.lateness_ns.max());
+    LatenessSummary {
+        missed_ticks: runs.iter().map(|run| run.timing.missed).sum(),
+        late_ticks: runs.iter().map(|run| run.timing.late_ticks(period_ns)).sum(),
+        worst_tick_ms: runs.iter().filter_map(latest).max().map(|latest_ns| latest_ns as f64 * 1e-6),
+        late_packets: runs.iter().map(|run| run.late_packets).sum(),
+        data_excess_periods: runs.iter().map(|run| run.data_excess_periods).max().unwrap_or(0),
+        predicted_for: None,
     }
 }
 

@@ -24,6 +24,11 @@ impl Timing {
         Self { ticks: 0, missed: 0, compute_ns: histogram(), lateness_ns: histogram(), latest_ns: 0 }
     }
 
+    /// Ticks that began later than by `period_ns`.
+    pub(crate) fn late_ticks(&self, period_ns: u64) -> u64 {
+        self.lateness_ns.len() - self.lateness_ns.count_between(0, period_ns)
+    }
+
     /// Takes one tick. No allocation.
     pub(crate) fn observe(&mut self, record: &TickRecord) {
         self.ticks += 1;

@@ -44,17 +44,22 @@ pub fn compile(scene: &SceneValues) -> Vec<ContactMode> {
 
 /// Every contact mode, the free one first, and what was left out.
 pub(crate) fn modes(scene: &SceneValues) -> (Vec<ContactMode>, Vec<LeftOut>) {
-    modes_with(scene, &|point| compile_at(scene, point))
+    modes_with(scene, &Settled::of(scene), &|point| compile_at(scene, point))
+}
+
+/// The modes of a session in which every finger touches something at times, whatever its script does.
+pub(crate) fn every_finger(scene: &SceneValues) -> Vec<ContactMode> {
+    modes_with(scene, &Settled::of_every_finger(scene), &|point| compile_at(scene, point)).0
 }
 
 fn modes_with(
     scene: &SceneValues,
+    settled: &Settled,
     compile_at: &dyn Fn(&OperatingPoint) -> LoopSpec,
 ) -> (Vec<ContactMode>, Vec<LeftOut>) {
-    let settled = Settled::of(scene);
     let mut left_out = settled.left_out.clone();
-    let walls = wall_sets(&settled, &mut left_out);
-    let fingers = finger_sets(&settled, walls.len(), &mut left_out);
+    let walls = wall_sets(settled, &mut left_out);
+    let fingers = finger_sets(settled, walls.len(), &mut left_out);
     let always = settled.always();
     let mut modes = Vec::new();
     for wall in &walls {
@@ -80,7 +85,7 @@ pub(crate) fn compile_with_schemes(
     scheme: impl Fn(CouplingGains) -> Arc<dyn Scheme>,
 ) -> Vec<ContactMode> {
     let schemes = cotouch_world::coordination::gains(&scene.coupling).map(scheme);
-    modes_with(scene, &|point| compile_with(scene, point, schemes.clone())).0
+    modes_with(scene, &Settled::of(scene), &|point| compile_with(scene, point, schemes.clone())).0
 }
 
 /// No wall, and each one alone.

@@ -27,7 +27,7 @@ use crate::operating_point::{
 /// to nanoseconds.
 const INSTANT_RESOLUTION_S: f64 = 1e-9;
 
-/// The loop of a scene about a given operating point, with exactly its contacts closed, all of them sticking.
+/// The loop of a scene about a given operating point, with exactly its contacts closed.
 ///
 /// Forces that depend on nothing do not enter, so the point need not be at rest by itself: only its poses, anchors and
 /// contact forces count.
@@ -45,7 +45,7 @@ pub fn compile_at(scene: &SceneValues, point: &OperatingPoint) -> LoopSpec {
 
 /// The same with schemes for translation and for rotation, whatever the scene names.
 pub(super) fn compile_with(scene: &SceneValues, point: &OperatingPoint, schemes: Schemes) -> LoopSpec {
-    SessionLoop::new(scene, point, schemes).spec
+    SessionLoop::new(scene, point, &point.fingers, schemes).spec
 }
 
 /// For channels of translation, and of rotation.
@@ -58,16 +58,18 @@ fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVe
 }
 
 /// A session that is being written down.
-struct SessionLoop<'a> {
-    scene: &'a SceneValues,
-    point: &'a OperatingPoint,
+pub(super) struct SessionLoop<'a> {
+    pub(super) scene: &'a SceneValues,
+    pub(super) point: &'a OperatingPoint,
+    /// Where fingers are, the first of each counting; others are where they start.
+    places: &'a [FingerContact],
     schemes: Schemes,
     bodies: Vec<cotouch_scene::scene::Body>,
-    spec: LoopSpec,
+    pub(super) spec: LoopSpec,
     /// `[user][finger]`.
-    fingers: Vec<Vec<BodyId>>,
+    pub(super) fingers: Vec<Vec<BodyId>>,
     /// `[host][body]`; none for what is fixed, or not kept at this host.
-    copies: Vec<Vec<Option<BodyId>>>,
+    pub(super) copies: Vec<Vec<Option<BodyId>>>,
     lines: BTreeMap<(HostIndex, HostIndex, Part), LineId>,
 }
 
@@ -80,10 +82,16 @@ struct Touch {
 }
 
 impl<'a> SessionLoop<'a> {
-    fn new(scene: &'a SceneValues, point: &'a OperatingPoint, schemes: Schemes) -> Self {
+    pub(super) fn new(
+        scene: &'a SceneValues,
+        point: &'a OperatingPoint,
+        places: &'a [FingerContact],
+        schemes: Schemes,
+    ) -> Self {
         let mut session = Self {
             scene,
             point,
+            places,
             schemes,
             bodies: scene.world_bodies(),
             spec: LoopSpec::new(scene.schedule()),
@@ -130,7 +138,7 @@ impl<'a> SessionLoop<'a> {
         let axes = point_axes(scene.space);
         let index = finger as u8;
         let of_finger = |contact: &&FingerContact| (contact.user, contact.finger) == (host, index);
-        let position = self.point.fingers.iter().find(of_finger);
+        let position = self.places.iter().find(of_finger);
         let position = position.map_or(user.fingers[finger].position_m, |contact| contact.centre);
         let plant = Plant::endpoint(&endpoint_mass(scene, host, index, position), axes.len(), to_ground);
         let mut states = names(host, Part::Hand(index), axes);
@@ -248,11 +256,24 @@ impl<'a> SessionLoop<'a> {
         };
         let gains = gains(self.scene, contact.host, contact.user);
         let arm = contact.centre - pose.position;
-        let law = LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force);
+        let law = match contact.slides {
+            None => LinearForce::contact(&gains, &geometry, pose.orientation, arm, contact.force),
+            Some(direction) => {
+                let press_n = (pose.orientation.conjugate() * contact.force).dot(contact.normal);
+                let friction = self.scene.contact.dynamic_friction;
+                LinearForce::sliding(&gains, &geometry, pose.orientation, arm, (direction, friction, press_n))
+            }
+        };
         Touch { user: contact.user, finger: usize::from(contact.finger), body, law }
     }
 
-    fn send_force(&mut self, server: HostIndex, client: HostIndex, finger: usize, force: Coupling) {
+    pub(super) fn send_force(
+        &mut self,
+        server: HostIndex,
+        client: HostIndex,
+        finger: usize,
+        force: Coupling,
+    ) -> LineId {
         let line = self.spec.line(Line {
             host: client,
             from: server,
@@ -261,6 +282,7 @@ impl<'a> SessionLoop<'a> {
             delay: delay(self.scene, server, client),
         });
         self.spec.apply_held(self.fingers[client.index()][finger], line);
+        line
     }
 
     fn add_walls(&mut self, host: HostIndex) {
@@ -367,7 +389,7 @@ impl<'a> SessionLoop<'a> {
     }
 
     /// The line on which `host` gets the samples of a body of `from`.
-    fn held(&mut self, host: HostIndex, from: HostIndex, part: Part, body: BodyId) -> LineId {
+    pub(super) fn held(&mut self, host: HostIndex, from: HostIndex, part: Part, body: BodyId) -> LineId {
         let (spec, scene) = (&mut self.spec, self.scene);
         *self.lines.entry((host, from, part)).or_insert_with(|| {
             let delay = delay(scene, from, host);
@@ -393,7 +415,7 @@ fn names(host: HostIndex, part: Part, axes: &'static [Dof]) -> Vec<Coordinate> {
     motion_quantities(axes).map(|quantity| Coordinate::Own { host, part, quantity }).collect()
 }
 
-fn point_axes(space: Space) -> &'static [Dof] {
+pub(super) fn point_axes(space: Space) -> &'static [Dof] {
     match space {
         Space::Line => LINE,
         Space::Plane => PLANE_POINT,

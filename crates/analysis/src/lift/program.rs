@@ -3,9 +3,10 @@
 use cotouch_world::LinearBlock;
 
 use crate::discretise::BodyStep;
-use crate::loop_spec::{Body, Coupling, Force, Hold, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Body, BodyId, Coupling, Force, Hold, LineId, LoopSpec, Motion, Signal};
 
 use super::layout::Layout;
+use super::rows::Rows;
 use super::timetable::{Timetable, Way};
 
 /// `factor` times one row.
@@ -46,6 +47,10 @@ pub(crate) struct Program {
     pub(super) blocks: Vec<BlockProgram>,
     /// Of registers, then of blocks.
     pub(super) rings: Vec<Ring>,
+    /// What is read at every tick for forces from outside the loop.
+    pub(super) observed: Vec<Sum>,
+    /// For each register: the place of its first number among what is sampled from outside, where it samples forces.
+    pub(super) from_outside: Vec<Option<usize>>,
     /// How many states the bodies have.
     pub(super) states: usize,
     /// Numbers of the state.
@@ -84,6 +89,12 @@ impl Ring {
         self.first + step.rem_euclid(self.length as i64) as usize * self.numbers + number
     }
 
+    /// Numbers the steps of the next pattern from its beginning, given the samples' rows.
+    pub(super) fn begin_again(&self, samples: &mut Rows) {
+        let passed = self.steps.rem_euclid(self.length as i64) as usize;
+        samples.rotate(self.first..self.first + self.length * self.numbers, passed * self.numbers);
+    }
+
     /// Place in the state and row of every number in it, at the start or the end of the pattern.
     pub(super) fn places(&self, at_end: bool) -> impl Iterator<Item = (usize, usize)> {
         let next = if at_end { self.steps } else { 0 };
@@ -109,6 +120,11 @@ pub(super) struct BlockProgram {
 
 impl Program {
     pub(crate) fn new(spec: &LoopSpec, layout: &Layout) -> Self {
+        Self::observing(spec, layout, &[])
+    }
+
+    /// Also with what is read at every tick for forces from outside the loop: each component of `observed`, in order.
+    pub(crate) fn observing(spec: &LoopSpec, layout: &Layout, observed: &[Coupling]) -> Self {
         let mut program = Self {
             timetable: Timetable::default(),
             ways: Vec::new(),
@@ -118,6 +134,8 @@ impl Program {
             registers: Vec::new(),
             blocks: Vec::new(),
             rings: Vec::new(),
+            observed: Vec::new(),
+            from_outside: Vec::new(),
             states: spec.bodies.iter().map(|body| body.states.len()).sum(),
             size: layout.coordinates.len(),
         };
@@ -125,6 +143,11 @@ impl Program {
         program.add_forces(spec, layout);
         program.add_registers(spec, layout);
         program.add_blocks(spec, layout);
+        for coupling in observed {
+            let mut numbers = vec![Sum::default(); coupling.components];
+            program.add_coupling(&mut numbers, spec, layout, coupling);
+            program.observed.extend(numbers);
+        }
         program.timetable = Timetable::new(spec, layout, &program.ways);
         program
     }
@@ -143,6 +166,32 @@ impl Program {
 
     pub(super) fn ways(&self) -> usize {
         self.ways.len()
+    }
+
+    /// Where the forces on a body begin among what acts from outside: on all bodies first.
+    pub(crate) fn force_on(&self, BodyId(body): BodyId) -> usize {
+        self.bodies[body].force
+    }
+
+    /// Where the numbers that a line samples from outside begin there: after the forces on bodies. None where it samples
+    /// motions.
+    pub(crate) fn sampled_by(&self, layout: &Layout, LineId(line): LineId) -> Option<usize> {
+        self.from_outside[layout.register_of_line[line]]
+    }
+
+    /// Numbers that may act from outside.
+    pub(super) fn outside(&self) -> usize {
+        let sampled = self.registers.iter().zip(&self.from_outside).filter(|(_, outside)| outside.is_some());
+        self.forces.len() + sampled.map(|(numbers, _)| numbers.len()).sum::<usize>()
+    }
+
+    /// Multiplications and additions of a tick, for each state that is stepped.
+    pub(crate) fn work(&self) -> usize {
+        let terms = |sum: &Sum| sum.current.len() + sum.held.len() + 2 * sum.moving.len();
+        let sums = self.forces.iter().chain(&self.observed).map(terms).sum::<usize>();
+        let steps =
+            self.bodies.iter().map(|body| self.steps[body.step].a.len() + self.steps[body.step].b.len());
+        sums + steps.sum::<usize>()
     }
 
     /// Every factor in a sum, in an order that depends on nothing but which there are.
@@ -241,6 +290,8 @@ impl Program {
                 }
                 Signal::Force(coupling) => self.add_coupling(&mut numbers, spec, layout, coupling),
             }
+            let outside = self.outside();
+            self.from_outside.push(signal.force().map(|_| outside));
             self.registers.push(numbers);
             self.add_ring(register.numbers, register.length, register.first, spec.network_steps() as i64);
         }

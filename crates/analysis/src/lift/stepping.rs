@@ -8,6 +8,7 @@ use nalgebra::DMatrix;
 
 use super::layout::Layout;
 use super::program::{BodyProgram, Program, Sum, Weighted};
+use super::rows::Rows;
 use super::timetable::{Event, Tick};
 use crate::loop_spec::LoopSpec;
 
@@ -36,7 +37,7 @@ pub(crate) fn lift_with_faults(spec: &LoopSpec, layout: &Layout, faults: &[Fault
     let inputs = faults.iter().map(|fault| layout.registers[fault.register].numbers).sum();
     let mut run = Run { faults: faults.to_vec(), inputs, ..Run::default() };
     let whole = run.pattern(&program);
-    let short = DMatrix::from_row_slice(inputs, program.size + inputs, &run.short.data);
+    let short = DMatrix::from_row_slice(inputs, program.size + inputs, &run.short.data());
     let parts = |of: &DMatrix<f64>| {
         (of.columns(0, program.size).into_owned(), of.columns(program.size, inputs).into_owned())
     };
@@ -44,29 +45,28 @@ pub(crate) fn lift_with_faults(spec: &LoopSpec, layout: &Layout, faults: &[Fault
     LinearBlock { a, b, c, d }
 }
 
-/// Rows of equal length.
-#[derive(Debug, Default)]
-struct Rows {
-    data: Vec<f64>,
-    columns: usize,
+/// What acts on many states of a loop at once from outside it. Rows are numbers, columns are states.
+pub(crate) trait Outside {
+    /// Whether it does anything at all.
+    const ACTS: bool = true;
+
+    /// One tick: from what is observed ([`Program::observing`]), all that acts ([`Program::force_on`],
+    /// [`Program::sampled_by`]), added to `acting`, which is zero.
+    fn act(&mut self, observed: &Rows, acting: &mut Rows);
+
+    /// The same tick: the forces on all bodies, before these step. Users may add theirs.
+    fn push(&mut self, forces: &mut Rows);
 }
 
-impl Rows {
-    fn clear(&mut self, rows: usize, columns: usize) {
-        self.columns = columns;
-        self.data.clear();
-        self.data.resize(rows * columns, 0.0);
-    }
+/// A loop by itself.
+struct Alone;
 
-    #[inline(always)]
-    fn row(&self, index: usize) -> &[f64] {
-        &self.data[index * self.columns..(index + 1) * self.columns]
-    }
+impl Outside for Alone {
+    const ACTS: bool = false;
 
-    #[inline(always)]
-    fn row_mut(&mut self, index: usize) -> &mut [f64] {
-        &mut self.data[index * self.columns..(index + 1) * self.columns]
-    }
+    fn act(&mut self, _: &Rows, _: &mut Rows) {}
+
+    fn push(&mut self, _: &mut Rows) {}
 }
 
 /// The rows, part way through a pattern. Can be used again, which saves the allocations.
@@ -78,6 +78,9 @@ pub(crate) struct Run {
     /// The components of the force on each body; the part of it that comes from held samples.
     forces: Rows,
     held_forces: Rows,
+    /// For what acts from outside.
+    observed: Rows,
+    acting: Rows,
     block_states: Rows,
     next_block_states: Rows,
     /// What blocks have gathered of their inputs.
@@ -99,24 +102,38 @@ impl Run {
     ///
     /// Compiled for the vector instructions of this processor, which is why a tick's sums are inlined.
     pub(crate) fn pattern(&mut self, program: &Program) -> DMatrix<f64> {
-        self.start(program);
+        self.start(program, program.size + self.inputs);
         self.visit(program, false, &mut |place, row| row[place] = 1.0);
-        pulp::Arch::new().dispatch(|| {
-            for (index, tick) in program.timetable.ticks.iter().enumerate() {
-                self.tick(program, index, tick);
-            }
-        });
+        self.ticks(program, &mut Alone);
         self.matrix(program)
     }
 
-    fn start(&mut self, program: &Program) {
-        let columns = program.size + self.inputs;
+    /// One pattern of as many states as there are columns, with what acts on them from outside; the next call goes on.
+    pub(crate) fn advance(&mut self, program: &Program, outside: &mut impl Outside) {
+        self.ticks(program, outside);
+        for ring in &program.rings {
+            ring.begin_again(&mut self.samples);
+        }
+    }
+
+    fn ticks(&mut self, program: &Program, outside: &mut impl Outside) {
+        pulp::Arch::new().dispatch(|| {
+            for (index, tick) in program.timetable.ticks.iter().enumerate() {
+                self.tick(program, index, tick, outside);
+            }
+        });
+    }
+
+    /// As many states as columns, all zero.
+    pub(crate) fn start(&mut self, program: &Program, columns: usize) {
         self.short.clear(self.inputs, columns);
         self.states.clear(program.states, columns);
         self.next_states.clear(program.states, columns);
         self.samples.clear(program.sample_rows(), columns);
         self.forces.clear(program.forces.len(), columns);
         self.held_forces.clear(program.forces.len(), columns);
+        self.observed.clear(program.observed.len(), columns);
+        self.acting.clear(program.outside(), columns);
         self.block_states.clear(program.block_states(), columns);
         self.next_block_states.clear(program.block_states(), columns);
         self.gathered.clear(program.gathered(), columns);
@@ -126,6 +143,11 @@ impl Run {
         self.held.resize(program.ways(), i64::MIN);
         self.shares.clear();
         self.shares.resize(program.ways(), 1.0);
+    }
+
+    /// Every number of the state with its place, between two patterns.
+    pub(crate) fn visit_states(&mut self, program: &Program, act: &mut dyn FnMut(usize, &mut [f64])) {
+        self.visit(program, false, act);
     }
 
     /// Every number of the state with its place, at the start or the end of the pattern.
@@ -144,7 +166,7 @@ impl Run {
     }
 
     #[inline(always)]
-    fn tick(&mut self, program: &Program, index: usize, tick: &Tick) {
+    fn tick<O: Outside>(&mut self, program: &Program, index: usize, tick: &Tick, outside: &mut O) {
         let changes = &program.timetable.changes[tick.changes.clone()];
         for &(way, step) in changes {
             self.held[way] = step;
@@ -152,27 +174,61 @@ impl Run {
         for (share, shares) in self.shares.iter_mut().zip(&program.timetable.shares) {
             *share = shares.get(index).copied().unwrap_or(1.0);
         }
+        let mut has_acted = !O::ACTS;
         for event in &program.timetable.events[tick.events.clone()] {
             match *event {
-                Event::Sample { register, step } => self.sample(program, register, step),
+                Event::Sample { register, step } => {
+                    if program.from_outside[register].is_some() && !has_acted {
+                        self.let_act(program, outside);
+                        has_acted = true;
+                    }
+                    self.sample(program, register, step, O::ACTS);
+                }
                 Event::Emit { block, step } => self.emit(program, block, step),
                 Event::Gather { block, weight, is_first } => self.gather(program, block, weight, is_first),
                 Event::Step { block, step } => self.step_block(program, block, step),
             }
         }
+        if !has_acted {
+            self.let_act(program, outside);
+        }
         if !changes.is_empty() {
             self.sum_held_forces(program);
+        }
+        self.sum_forces(program);
+        if O::ACTS {
+            for component in 0..program.forces.len() {
+                add(self.forces.row_mut(component), 1.0, self.acting.row(component));
+            }
+            outside.push(&mut self.forces);
         }
         self.step_bodies(program);
     }
 
+    /// What acts from outside in this tick: after motions were sampled, before forces are.
     #[inline(always)]
-    fn sample(&mut self, program: &Program, register: usize, step: i64) {
+    fn let_act(&mut self, program: &Program, outside: &mut impl Outside) {
+        self.observed.fill(0.0);
+        for (number, sum) in program.observed.iter().enumerate() {
+            let row = self.observed.row_mut(number);
+            add_current(row, sum, &self.states);
+            add_held(row, sum, program, &self.samples, &self.held);
+            add_moving(row, sum, program, &self.samples, &self.held, &self.shares);
+        }
+        self.acting.fill(0.0);
+        outside.act(&self.observed, &mut self.acting);
+    }
+
+    #[inline(always)]
+    fn sample(&mut self, program: &Program, register: usize, step: i64, is_acted_on: bool) {
         let ring = &program.rings[register];
         let is_meant = |fault: &&Fault| (fault.step, fault.register) == (step, register);
         let fault = self.faults.iter().find(is_meant).map(|fault| fault.first);
         for (number, sum) in program.registers[register].iter().enumerate() {
             self.take(program, sum);
+            if let Some(first) = program.from_outside[register].filter(|_| is_acted_on) {
+                add(&mut self.taken, 1.0, self.acting.row(first + number));
+            }
             if let Some(first) = fault {
                 let short = self.short.row_mut(first + number);
                 add(short, 1.0, self.samples.row(ring.row(step - 1, number)));
@@ -252,14 +308,18 @@ impl Run {
     }
 
     #[inline(always)]
-    fn step_bodies(&mut self, program: &Program) {
-        self.forces.data.copy_from_slice(&self.held_forces.data);
+    fn sum_forces(&mut self, program: &Program) {
+        self.forces.copy_from(&self.held_forces);
         for (component, sum) in program.forces.iter().enumerate() {
             let force = self.forces.row_mut(component);
             add_current(force, sum, &self.states);
             add_moving(force, sum, program, &self.samples, &self.held, &self.shares);
         }
-        self.next_states.data.fill(0.0);
+    }
+
+    #[inline(always)]
+    fn step_bodies(&mut self, program: &Program) {
+        self.next_states.fill(0.0);
         for &BodyProgram { state: first, force, step } in &program.bodies {
             let step = &program.steps[step];
             let (states, components) = step.b.shape();

@@ -7,7 +7,7 @@ use super::found::{Cure, go_on};
 use super::scan::{Look, Scan, Turn};
 use crate::crossing::crossing;
 use crate::gains::{Gain, acting_gains};
-use crate::stability::analyze;
+use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::variants::{Contacts, Variants};
 use crate::verdict::{PointVerdict, Stability};
@@ -191,7 +191,7 @@ impl Search<'_> {
         Ok(None)
     }
 
-    /// What the whole analysis of the changed scene says; nothing where that is not stable.
+    /// What the analysis of every mode of the changed scene says; nothing where that is not stable.
     fn verified(
         &self,
         key: &str,
@@ -200,7 +200,7 @@ impl Search<'_> {
         limit: Option<f64>,
         changed: &Scene,
     ) -> Result<Option<Cure>, SweepError> {
-        let verdict = analyze(changed)?;
+        let verdict = analyze_settled(changed)?;
         Ok(verdict.each_mode_is_stable().then(|| Cure {
             key: key.to_owned(),
             value,

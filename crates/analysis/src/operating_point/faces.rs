@@ -33,6 +33,12 @@ impl Place {
         self.point + self.normal * (sphere_radius_m - depth_m)
     }
 
+    /// Whether the surface is curved as much as at another place with the same normal but for a reflection.
+    pub(super) fn is_curved_like(&self, other: &Self) -> bool {
+        let trace = |place: &Self| place.curved.x_axis.x + place.curved.y_axis.y + place.curved.z_axis.z;
+        self.radius_m == other.radius_m && (trace(self) - trace(other)).abs() < 1e-9
+    }
+
     /// How the normal turns as that centre moves, 1/m.
     pub(super) fn curvature(&self, sphere_radius_m: f64, depth_m: f64) -> DMat3 {
         let distance_m = self.radius_m + sphere_radius_m - depth_m;
@@ -57,14 +63,130 @@ pub(super) fn place(shape: &Shape, from: DVec3, space: Space) -> Option<Place> {
     }
 }
 
-fn of_box(half: DVec3, from: DVec3, space: Space) -> Place {
-    let outside = from.abs() - half;
-    let axes = match space {
+/// No point of a shape is farther than this from its centre, m.
+pub(super) fn reach_m(shape: &Shape) -> f64 {
+    match shape.kind {
+        ShapeKind::Point => 0.0,
+        ShapeKind::Box => 0.5 * shape.size_m.length(),
+        ShapeKind::Ball => shape.radius_m,
+        ShapeKind::Capsule => 0.5 * shape.length_m + shape.radius_m,
+        ShapeKind::Hull | ShapeKind::Mesh => shape
+            .surface
+            .as_ref()
+            .map_or(0.0, |mesh| mesh.vertices.iter().map(|at| at.length()).fold(0.0, f64::max)),
+    }
+}
+
+/// Places that stand for a whole surface, where a finger's arm about the body's centre or the direction in which it
+/// presses is an extreme or in between: of a box the middles and corners of its faces, its edges and its corners; of a
+/// round body what lies in the directions of these; of a mesh what is nearest to its vertices and to points around it.
+pub(super) fn places(shape: &Shape, space: Space) -> Vec<Place> {
+    match shape.kind {
+        ShapeKind::Point => Vec::new(),
+        ShapeKind::Box => places_on_box(shape.size_m * 0.5, space),
+        ShapeKind::Ball => directions(space)
+            .filter_map(|direction| place(shape, direction * 2.0 * shape.radius_m, space))
+            .collect(),
+        ShapeKind::Capsule => {
+            let ends = [-0.5, 0.0, 0.5].map(|share| DVec3::Y * (share * shape.length_m));
+            let around =
+                |end: DVec3| directions(space).map(move |direction| end + direction * 2.0 * shape.radius_m);
+            ends.into_iter().flat_map(around).filter_map(|from| place(shape, from, space)).collect()
+        }
+        ShapeKind::Hull | ShapeKind::Mesh => places_on_mesh(shape, space),
+    }
+}
+
+/// To the middles of the faces, to the edges and to the corners of a cube, in the directions that a space has.
+fn directions(space: Space) -> impl Iterator<Item = DVec3> {
+    let along = move |axis: usize| if axis < number_of_axes(space) { -1..=1 } else { 0..=0 };
+    let all = along(0).flat_map(move |x| {
+        along(1)
+            .flat_map(move |y| along(2).map(move |z| DVec3::new(f64::from(x), f64::from(y), f64::from(z))))
+    });
+    all.filter_map(DVec3::try_normalize)
+}
+
+const fn number_of_axes(space: Space) -> usize {
+    match space {
         Space::Line => 1,
         Space::Plane => 2,
         Space::Space => 3,
+    }
+}
+
+fn places_on_box(half: DVec3, space: Space) -> Vec<Place> {
+    let axes = number_of_axes(space);
+    let mut places = Vec::new();
+    for direction in directions(space) {
+        // Of length 1 along each axis that it has a part in.
+        let signs =
+            DVec3::from_array(direction.to_array().map(|part| if part == 0.0 { 0.0 } else { part.signum() }));
+        let parts = signs.to_array().iter().filter(|&&part| part != 0.0).count();
+        let along = outer(signs, signs) * (parts as f64).recip();
+        if parts == 1 {
+            places.push(Place { point: half * signs, normal: signs, curved: DMat3::ZERO, radius_m: 0.0 });
+            continue;
+        }
+        // On an edge or a corner a sphere turns about it: across the edge's own direction.
+        let edge = DMat3::from_diagonal(DVec3::ONE - signs.abs());
+        let curved = DMat3::IDENTITY - edge - along;
+        places.push(Place { point: half * signs, normal: direction, curved, radius_m: 0.0 });
+        if parts == axes {
+            let faces = (0..axes).map(|axis| DVec3::AXES[axis] * signs[axis]);
+            let at_corner =
+                |normal| Place { point: half * signs, normal, curved: DMat3::ZERO, radius_m: 0.0 };
+            places.extend(faces.map(at_corner));
+        }
+    }
+    places
+}
+
+/// So many places stand for a mesh.
+const PLACES_ON_MESH: usize = 32;
+
+fn places_on_mesh(shape: &Shape, space: Space) -> Vec<Place> {
+    let Some(mesh) = &shape.surface else { return Vec::new() };
+    let around_m = 2.0 * reach_m(shape);
+    let flat = |at: DVec3| if space == Space::Plane { DVec3::new(at.x, at.y, 0.0) } else { at };
+    // A little further out than each vertex, and from far around.
+    let near = mesh.vertices.iter().map(|&at| flat(at) * (1.0 + 1e-3));
+    let far = directions(space).map(|direction| direction * around_m);
+    let candidates = far.chain(near).filter_map(|from| {
+        let place = of_mesh(shape, from)?;
+        let normal = flat(place.normal).try_normalize()?;
+        (normal.dot(place.normal) > 0.5).then_some(Place { normal, ..place })
+    });
+    spread(candidates.collect(), PLACES_ON_MESH)
+}
+
+/// So many of the places that they lie far from each other, in position or direction.
+fn spread(places: Vec<Place>, count: usize) -> Vec<Place> {
+    let size_m = places.iter().map(|place| place.point.length()).fold(0.0, f64::max);
+    let apart = |one: &Place, other: &Place| {
+        one.point.distance(other.point) + size_m * one.normal.distance(other.normal)
     };
-    let face = (0..axes).max_by(|&one, &other| outside[one].total_cmp(&outside[other])).unwrap_or(0);
+    let mut chosen: Vec<Place> = places.first().copied().into_iter().collect();
+    let mut nearest: Vec<f64> = vec![f64::INFINITY; places.len()];
+    while chosen.len() < count {
+        let last = chosen[chosen.len() - 1];
+        for (distance, place) in nearest.iter_mut().zip(&places) {
+            *distance = distance.min(apart(&last, place));
+        }
+        let farthest = nearest.iter().zip(&places).max_by(|one, other| one.0.total_cmp(other.0));
+        match farthest {
+            Some((&distance, place)) if distance > 1e-3 * size_m => chosen.push(*place),
+            _ => break,
+        }
+    }
+    chosen
+}
+
+fn of_box(half: DVec3, from: DVec3, space: Space) -> Place {
+    let outside = from.abs() - half;
+    let face = (0..number_of_axes(space))
+        .max_by(|&one, &other| outside[one].total_cmp(&outside[other]))
+        .unwrap_or(0);
     let mut normal = DVec3::ZERO;
     normal[face] = 1.0f64.copysign(from[face]);
     let mut point = from.clamp(-half, half);

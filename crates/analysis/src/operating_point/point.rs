@@ -5,7 +5,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::SceneValues;
 use glam::{DMat3, DQuat, DVec3};
 
-/// Poses, and all contacts that are closed and stick.
+/// Poses, and all contacts that are closed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct OperatingPoint {
     /// `poses[host][body]`: each host's copy of each body. A centralized session has copies at its first host only;
@@ -17,7 +17,7 @@ pub struct OperatingPoint {
     pub corners: Vec<CornerContact>,
 }
 
-/// A finger that sticks to a copy of a body.
+/// A finger that touches a copy of a body.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FingerContact {
     /// Whose copy is touched, and computes the force.
@@ -39,6 +39,9 @@ pub struct FingerContact {
     pub curvature: DMat3,
     /// On the finger, world, N.
     pub force: DVec3,
+    /// Where it slides: the direction in which the finger moves along the surface, of length 1, body frame. `None` where
+    /// it sticks.
+    pub slides: Option<DVec3>,
 }
 
 /// A corner of a copy of a body that sticks to a wall.

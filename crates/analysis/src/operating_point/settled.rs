@@ -5,7 +5,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Architecture, Body, SceneValues, Space, SpringDamper, WallSides};
 use glam::{DMat3, DVec3};
 
-use super::faces::{Place, corners_at_wall, has_surface, place};
+use super::faces::{Place, corners_at_wall, has_surface, place, reach_m};
 use super::point::{CornerContact, FingerContact, OperatingPoint};
 use super::statics::{Push, balance};
 use crate::contact::Gains;
@@ -23,11 +23,11 @@ pub(crate) struct Grip {
     /// "anna.finger1".
     pub(crate) name: String,
     pub(crate) user: HostIndex,
-    finger: u8,
-    body: usize,
-    place: Place,
+    pub(crate) finger: u8,
+    pub(crate) body: usize,
+    pub(super) place: Place,
     /// What its script says that it presses with, N.
-    set_force_n: Option<f64>,
+    pub(super) set_force_n: Option<f64>,
 }
 
 /// A body that can lie against a wall.
@@ -35,10 +35,10 @@ pub(crate) struct Grip {
 pub(crate) struct Lean {
     /// The wall's name, with the body's where there are several that move.
     pub(crate) name: String,
-    wall: usize,
-    body: usize,
+    pub(crate) wall: usize,
+    pub(crate) body: usize,
     /// Body frame, m.
-    corners: Vec<DVec3>,
+    pub(crate) corners: Vec<DVec3>,
     /// It also pulls, so it never switches.
     pub(crate) two_sided: bool,
 }
@@ -58,8 +58,24 @@ impl Settled {
         let poses = OperatingPoint::free(scene).poses.swap_remove(0);
         let mut settled = Self::default();
         settled.add_grips(scene, &bodies, &poses);
-        settled.add_leans(scene, &bodies, &poses);
-        settled.add_untouched(scene, &bodies);
+        settled.leans = leans(scene, &bodies, &poses, &mut settled.left_out);
+        settled
+    }
+
+    /// The same with every finger: one that its script sends nowhere touches the moving body that is nearest to it.
+    pub(crate) fn of_every_finger(scene: &SceneValues) -> Self {
+        let mut settled = Self::of(scene);
+        let bodies = scene.world_bodies();
+        let poses = OperatingPoint::free(scene).poses.swap_remove(0);
+        for host in scene.hosts() {
+            for finger in 0..scene.users[host.index()].fingers.len() {
+                let from = Start { scene, bodies: &bodies, poses: &poses, host, finger };
+                if !settled.grips.iter().any(|grip| (grip.user, usize::from(grip.finger)) == (host, finger)) {
+                    settled.grips.extend(from.reaching_nearest());
+                }
+            }
+        }
+        settled.grips.sort_by_key(|grip| (grip.user, grip.finger));
         settled
     }
 
@@ -86,50 +102,6 @@ impl Settled {
         self.grips.sort_by_key(|grip| (grip.user, grip.finger));
     }
 
-    /// Fingers that can be taken to a body by hand, and that no mode has there.
-    fn add_untouched(&mut self, scene: &SceneValues, bodies: &[Body]) {
-        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| has_surface(&body.shape)) {
-            let mut names = Vec::new();
-            for host in scene.hosts() {
-                let user = &scene.users[host.index()];
-                let touches = |finger: usize| {
-                    let of_finger = |grip: &&Grip| (grip.user, usize::from(grip.finger)) == (host, finger);
-                    self.grips.iter().filter(of_finger).any(|grip| grip.body == index)
-                };
-                let untouched = (0..user.fingers.len()).filter(|&finger| !touches(finger));
-                names.extend(untouched.map(|finger| format!("{}.finger{}", user.name, finger + 1)));
-            }
-            if !names.is_empty() {
-                self.left_out.push(LeftOut::new(
-                    format!("{} on {}", names.join(", "), body.name),
-                    "only fingers whose script presses there are",
-                ));
-            }
-        }
-    }
-
-    fn add_leans(&mut self, scene: &SceneValues, bodies: &[Body], poses: &[Pose]) {
-        let moving = bodies.iter().filter(|body| !body.fixed).count();
-        for (wall, plane) in scene.walls().iter().enumerate() {
-            for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.fixed) {
-                let name = match moving {
-                    1 => plane.name.clone(),
-                    _ => format!("{}.{}", plane.name, body.name),
-                };
-                match corners_at_wall(body, &poses[index], plane, scene.space) {
-                    Some(corners) => {
-                        let two_sided = !has_surface(&body.shape) && scene.wall.sides == WallSides::Two;
-                        self.leans.push(Lean { name, wall, body: index, corners, two_sided });
-                    }
-                    None => self.left_out.push(LeftOut::new(
-                        format!("{} against the wall {}", body.name, plane.name),
-                        "only balls, boxes and capsules are",
-                    )),
-                }
-            }
-        }
-    }
-
     /// The operating point with these grips and leans (places in the lists) closed.
     pub(crate) fn point(&self, scene: &SceneValues, grips: &[usize], leans: &[usize]) -> OperatingPoint {
         let bodies = scene.world_bodies();
@@ -147,6 +119,36 @@ impl Settled {
         }
         point
     }
+}
+
+/// Every body that moves against every wall, by the corners that are nearest to it.
+pub(super) fn leans(
+    scene: &SceneValues,
+    bodies: &[Body],
+    poses: &[Pose],
+    left_out: &mut Vec<LeftOut>,
+) -> Vec<Lean> {
+    let moving = bodies.iter().filter(|body| !body.fixed).count();
+    let mut leans = Vec::new();
+    for (wall, plane) in scene.walls().iter().enumerate() {
+        for (index, body) in bodies.iter().enumerate().filter(|(_, body)| !body.fixed) {
+            let name = match moving {
+                1 => plane.name.clone(),
+                _ => format!("{}.{}", plane.name, body.name),
+            };
+            match corners_at_wall(body, &poses[index], plane, scene.space) {
+                Some(corners) => {
+                    let two_sided = !has_surface(&body.shape) && scene.wall.sides == WallSides::Two;
+                    leans.push(Lean { name, wall, body: index, corners, two_sided });
+                }
+                None => left_out.push(LeftOut::new(
+                    format!("{} against the wall {}", body.name, plane.name),
+                    "only balls, boxes and capsules are",
+                )),
+            }
+        }
+    }
+    leans
 }
 
 impl OperatingPoint {
@@ -176,12 +178,12 @@ pub(crate) fn gains(scene: &SceneValues, host: HostIndex, user: HostIndex) -> Ga
 }
 
 /// Where a finger starts, and what it is told.
-struct Start<'a> {
-    scene: &'a SceneValues,
-    bodies: &'a [Body],
-    poses: &'a [Pose],
-    host: HostIndex,
-    finger: usize,
+pub(super) struct Start<'a> {
+    pub(super) scene: &'a SceneValues,
+    pub(super) bodies: &'a [Body],
+    pub(super) poses: &'a [Pose],
+    pub(super) host: HostIndex,
+    pub(super) finger: usize,
 }
 
 impl Start<'_> {
@@ -198,10 +200,38 @@ impl Start<'_> {
 
     fn grip(&self, body: usize, set_force_n: Option<f64>) -> Option<Grip> {
         let place = place(&self.bodies[body].shape, self.at(body), self.scene.space)?;
+        Some(self.grip_at(body, place, set_force_n))
+    }
+
+    /// What its script does to a body: a grasp, or a force that pushes it there.
+    pub(super) fn told(&self) -> Option<Grip> {
+        self.grasp(&mut Vec::new()).or_else(|| self.push())
+    }
+
+    /// On any body with a surface, wherever its script or a hand takes it: on the side from which it comes.
+    pub(super) fn reaching(&self, body: usize) -> Option<Grip> {
+        let shape = &self.bodies[body].shape;
+        let from = self.at(body);
+        // A finger that starts inside comes from some side, too.
+        let outside = DVec3::X * (1.0 + 2.0 * reach_m(shape));
+        let place = place(shape, from, self.scene.space)
+            .or_else(|| place(shape, outside.copysign(from), self.scene.space))?;
+        Some(self.grip_at(body, place, None))
+    }
+
+    /// On the nearest body with a surface that can move, if there is one.
+    fn reaching_nearest(&self) -> Option<Grip> {
+        let can_move = |&body: &usize| !self.bodies[body].fixed && has_surface(&self.bodies[body].shape);
+        let grips = (0..self.bodies.len()).filter(can_move).filter_map(|body| self.reaching(body));
+        let distance_m = |grip: &Grip| self.at(grip.body).distance(grip.place.point);
+        grips.min_by(|one, other| distance_m(one).total_cmp(&distance_m(other)))
+    }
+
+    fn grip_at(&self, body: usize, place: Place, set_force_n: Option<f64>) -> Grip {
         let user = &self.scene.users[self.host.index()];
         let name = format!("{}.finger{}", user.name, self.finger + 1);
         let finger = self.finger as u8;
-        Some(Grip { name, user: self.host, finger, body, place, set_force_n })
+        Grip { name, user: self.host, finger, body, place, set_force_n }
     }
 
     /// By a `grasp` in its script.
@@ -264,17 +294,17 @@ impl Start<'_> {
 }
 
 /// A host's copy of a body.
-struct Copy<'a> {
-    scene: &'a SceneValues,
-    host: HostIndex,
-    index: usize,
-    body: &'a Body,
-    pose: Pose,
+pub(super) struct Copy<'a> {
+    pub(super) scene: &'a SceneValues,
+    pub(super) host: HostIndex,
+    pub(super) index: usize,
+    pub(super) body: &'a Body,
+    pub(super) pose: Pose,
 }
 
 impl Copy<'_> {
     /// Adds the contacts of this copy, with forces that keep it still.
-    fn press(&self, grips: &[&Grip], leans: &[&Lean], point: &mut OperatingPoint) {
+    pub(super) fn press(&self, grips: &[&Grip], leans: &[&Lean], point: &mut OperatingPoint) {
         let walls = self.scene.walls();
         let of_grips = grips.iter().map(|grip| self.push_of(grip));
         let of_leans = leans.iter().flat_map(|lean| {
@@ -357,6 +387,7 @@ impl Copy<'_> {
                 DMat3::ZERO
             },
             force,
+            slides: None,
         }
     }
 }

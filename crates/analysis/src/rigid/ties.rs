@@ -4,7 +4,7 @@ use super::coasting::Coasting;
 use crate::loop_spec::{Coupling, Dof, LoopSpec, Motion};
 
 /// Groups of bodies, and of the blocks that read them or act on them.
-pub(super) struct Ties {
+pub(crate) struct Ties {
     /// For each body, block and the ground, one that stands nearer to the one that stands for its group.
     parent: Vec<usize>,
     bodies: usize,
@@ -17,7 +17,7 @@ impl Ties {
     }
 
     /// Bodies between which any force acts. The ground connects nothing.
-    pub(super) fn parts(spec: &LoopSpec) -> Self {
+    pub(crate) fn parts(spec: &LoopSpec) -> Self {
         let mut parts = Self::none(spec);
         for action in &spec.actions {
             if let Some(coupling) = spec.coupling_of(action) {
@@ -45,7 +45,7 @@ impl Ties {
     }
 
     /// The blocks of a body's group.
-    pub(super) fn blocks_beside(&self, body: usize) -> Vec<usize> {
+    pub(crate) fn blocks_beside(&self, body: usize) -> Vec<usize> {
         let blocks = self.parent.len() - 1 - self.bodies;
         (0..blocks).filter(|block| self.of(self.bodies + block) == self.of(body)).collect()
     }
@@ -101,7 +101,7 @@ impl Ties {
     }
 
     /// The bodies of all groups.
-    pub(super) fn groups(&self) -> Vec<Vec<usize>> {
+    pub(crate) fn groups(&self) -> Vec<Vec<usize>> {
         let mut groups = vec![Vec::new(); self.parent.len()];
         (0..self.bodies).for_each(|body| groups[self.of(body)].push(body));
         groups.retain(|group| !group.is_empty());

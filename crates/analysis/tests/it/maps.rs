@@ -1,6 +1,6 @@
 //! Maps from few points are the maps from all points, and boundaries are where verdicts change.
 
-use cotouch_analysis::{Grid, StabilityMap, Sweep, analyze, stability_map};
+use cotouch_analysis::{Grid, StabilityMap, Sweep, analyze_settled, stability_map};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut};
 use cotouch_scene::{Scene, with_override};
@@ -156,7 +156,7 @@ fn any_number_of_points_will_do() {
 /// Whether a scene is stable with two keys set.
 fn is_stable(scene: &Scene, values: [(&str, f64); 2]) -> bool {
     let set = |scene: Scene, (key, value): (&str, f64)| with_override(&scene, key, value).unwrap();
-    analyze(&values.into_iter().fold(scene.clone(), set)).unwrap().each_mode_is_stable()
+    analyze_settled(&values.into_iter().fold(scene.clone(), set)).unwrap().each_mode_is_stable()
 }
 
 #[test]
@@ -184,7 +184,8 @@ fn one_key_has_crossings_without_y() {
     assert_eq!((map.stable.len(), map.boundary.len(), map.y.is_none()), (1, 1, true));
     let [at, y] = map.boundary[0][0];
     assert!(y.is_nan() && map.outlines.is_empty());
-    let verdict = |x: f64| analyze(&with_override(&scene, K_2, x).unwrap()).unwrap().each_mode_is_stable();
+    let verdict =
+        |x: f64| analyze_settled(&with_override(&scene, K_2, x).unwrap()).unwrap().each_mode_is_stable();
     assert!(verdict(at - 0.008) && !verdict(at + 0.008), "{at}");
     assert!(serde_json::to_string(&map).unwrap().contains(",null]"));
 }

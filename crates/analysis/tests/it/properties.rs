@@ -1,7 +1,7 @@
 //! What must hold for every loop.
 
 use cotouch_analysis::loop_spec::LoopSpec;
-use cotouch_analysis::{analyze, analyze_loop, compile, eigenvalues, spectral_radius};
+use cotouch_analysis::{analyze_loop, analyze_settled, compile, eigenvalues, spectral_radius};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Architecture};
 use cotouch_testkit::scenes::{any_scene, coordinations, edited, spring, table_6_1, with_ratio, with_users};
@@ -108,7 +108,7 @@ fn sixteen_users_are_tractable() {
             scene.session.coordination = coordination;
             scene.link.delay_periods = 2;
         });
-        let verdict = analyze(&scene).unwrap();
+        let verdict = analyze_settled(&scene).unwrap();
         assert_eq!(verdict.states, 64 + 16 * 15 * 4 * 2);
         assert_eq!(verdict.rigid_body_poles, 1);
     }
@@ -119,7 +119,7 @@ fn what_nothing_ties_to_the_rest_is_not_stable() {
     let scene = edited(&table_6_1(Architecture::Centralized), |scene| {
         scene.coupling.remote_hand_object = spring(0.0, 1.0)
     });
-    let verdict = analyze(&scene).unwrap();
+    let verdict = analyze_settled(&scene).unwrap();
     assert_eq!(verdict.stable, Some(false));
     assert_eq!(verdict.spectral_radius, 1.0);
     assert!(verdict.warnings.iter().any(|warning| warning.contains("no stiffness")));
@@ -131,7 +131,7 @@ fn a_state_that_outgrows_floating_point_is_unstable() {
         scene.rates.control_hz = "1000".parse().unwrap();
         scene.coupling.hand_object = spring(1e9, 0.0);
     });
-    let verdict = analyze(&scene).unwrap();
+    let verdict = analyze_settled(&scene).unwrap();
     assert_eq!(verdict.stable, Some(false));
     assert!(serde_json::to_value(&verdict).unwrap()["spectral_radius"].is_null());
 }

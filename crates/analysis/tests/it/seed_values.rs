@@ -1,6 +1,6 @@
 //! Figures from the seeds, as exact computation gives them.
 
-use cotouch_analysis::{analyze, analyze_loop, compile};
+use cotouch_analysis::{analyze, analyze_loop, analyze_settled, compile};
 use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
 use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, with_ratio};
 
@@ -145,12 +145,18 @@ fn a_one_sided_wall_gives_two_modes() {
         scene.wall.damping_n_s_per_m = 20.0;
         scene.wall.sides = WallSides::One;
     });
-    let verdict = analyze(&scene).unwrap();
+    let left_open = analyze(&scene).unwrap();
+    assert_eq!((left_open.stable, left_open.left_out.len()), (None, 0));
+    // Of the two copies one alone, and which one is all the same.
+    assert!(left_open.modes.iter().any(|mode| mode.contacts[..].concat().contains("copy)")));
+    assert_eq!(left_open.modes.len(), 3);
+    let verdict = analyze_settled(&scene).unwrap();
     let contacts: Vec<_> = verdict.modes.iter().map(|mode| mode.contacts.clone()).collect();
     assert_eq!(contacts, [vec![], vec!["wall".to_owned()]]);
     assert!(verdict.warnings.iter().any(|warning| warning.contains("unproven")));
     scene = edited(&scene, |scene| scene.wall.sides = WallSides::Two);
-    let two_sided = analyze(&scene).unwrap();
+    assert_eq!(analyze(&scene).unwrap().stable, Some(true));
+    let two_sided = analyze_settled(&scene).unwrap();
     assert_eq!(two_sided.modes.len(), 1);
     assert_eq!(two_sided.spectral_radius, verdict.modes[1].spectral_radius);
 }

@@ -1,6 +1,6 @@
 //! Equilibria that are not stable by statics alone.
 
-use cotouch_analysis::analyze;
+use cotouch_analysis::analyze_settled;
 use cotouch_scene::scene::Scene;
 
 /// Two free fingers that squeeze a box from both sides with 1 N, and stick to it.
@@ -30,7 +30,7 @@ fn squeezed(stick_n_per_m: f64, hand_n_per_m: f64) -> Scene {
 
 #[test]
 fn a_box_between_free_fingers_turns_as_statics_say() {
-    let verdict = analyze(&squeezed(4000.0, 0.0)).unwrap();
+    let verdict = analyze_settled(&squeezed(4000.0, 0.0)).unwrap();
     let both = verdict.modes.iter().find(|mode| mode.contacts == ["anna.finger1", "ben.finger1"]).unwrap();
     // Stuck to the box, fingers go with it: (I + 2·m·L²)·θ̈ + 2·b·L²·θ̇ = 2·F·L·θ.
     let (mass, size, arm, hand) = (0.4, [0.1, 0.06], 0.058, 0.02);
@@ -44,13 +44,13 @@ fn a_box_between_free_fingers_turns_as_statics_say() {
 
 #[test]
 fn hands_that_stay_where_they_are_hold_it() {
-    let verdict = analyze(&squeezed(4000.0, 200.0)).unwrap();
+    let verdict = analyze_settled(&squeezed(4000.0, 200.0)).unwrap();
     assert!(verdict.modes.iter().all(|mode| mode.toppling_per_s.is_none()), "{:?}", verdict.modes);
 }
 
 #[test]
 fn a_plate_on_one_finger_topples_and_the_loop_is_stable() {
-    let verdict = analyze(&cotouch_scene::load("four-hands", &[]).unwrap()).unwrap();
+    let verdict = analyze_settled(&cotouch_scene::load("four-hands", &[]).unwrap()).unwrap();
     let toppling: Vec<_> = verdict.modes.iter().filter(|mode| mode.toppling_per_s.is_some()).collect();
     assert!(!toppling.is_empty());
     let unstable: Vec<_> = verdict.modes.iter().filter(|mode| !mode.stable).collect();

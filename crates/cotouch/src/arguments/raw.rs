@@ -273,9 +273,14 @@ The spectral radius is the largest factor by which a disturbance grows in one pe
 the loop is stable, and at 1 but for rounding neutral, which counts as stable: a box that pivots about a finger. The exit status is 0 whatever the verdict.
 
 A scene is called stable only where all that its users can touch, by script, by a device or by a hand taken on the page, was \
-analysed and is stable, and where switching between contacts was searched; unstable as soon as one analysed contact mode is; \
+analysed and is stable, and where an adversary that opens and closes contacts found nothing that keeps moving, far enough from \
+the line for that to mean something (switching, switching_distance, switching_found); unstable as soon as one analysed contact mode is; \
 and not proven (null with --json) where something was left out, or where switching is unproven. left_out says what. Maps and \
-margins are about the analysed modes alone.
+margins are about the contacts that scripts make.
+
+Contact modes are sets of contacts of fingers and walls with the copies of a body, by script, by a device or by a hand taken \
+on the page; of sets that differ only in who is who one is listed. The worst is searched further: fingers elsewhere on the \
+body, contacts that slide, hands held otherwise.
 
 With --sweep the answer is a map, with its boundary; LO may be above HI. --out map.svg writes it as a picture, map.csv as a \
 table, other endings as the answer itself. A spectral radius is per pattern of ticks and network steps, so that those \

@@ -92,7 +92,7 @@ pub(crate) const fn word(stable: Option<bool>) -> &'static str {
 
 /// Which mode is worst, where, and which gain moves it most.
 pub(super) fn worst(stability: &Stability) -> Option<String> {
-    let worst = stability.worst.as_ref().filter(|_| stability.modes.len() > 1)?;
+    let worst = stability.worst.as_ref()?;
     let contacts = match &worst.contacts[..] {
         [] => "no contact".to_owned(),
         contacts => contacts.join(" + "),
@@ -105,7 +105,7 @@ pub(super) fn worst(stability: &Stability) -> Option<String> {
     let place = if place.is_empty() { place } else { format!(", with {place}") };
     let gain = worst.gain.as_ref().map_or_else(String::new, |gain| {
         let way = if gain.slope > 0.0 { "lower" } else { "raise" };
-        format!(": {way} {} to make it settle sooner, which moves it most", gain.key)
+        format!(": {way} {} to calm it, which moves it most", gain.key)
     });
     Some(format!("The worst is {contacts}{place}{gain}."))
 }

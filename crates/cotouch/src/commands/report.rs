@@ -3,13 +3,16 @@
 use std::fmt::Write as _;
 
 use cotouch_runtime::{
-    DivergedSummary, HapticSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
+    DivergedSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
 };
 
-use super::stretches;
+use super::{lateness, stretches};
 
 /// Less energy than this out of a finger's port is not worth a word, J.
 const LEAST_TOLD_J: f64 = 1e-3;
+
+/// A run that was judged for less time than this, s, may shake or grow later.
+const LEAST_JUDGED_S: f64 = 1.0;
 
 /// Of stretches of shaking; the others are counted.
 const MAX_TOLD_STRETCHES: usize = 6;
@@ -26,6 +29,9 @@ pub(super) fn text(summary: &Summary) -> String {
     row("ticks", format!("{} of {} due, {} missed", haptic.ticks, haptic.due, haptic.missed));
     if let Some(late) = microseconds(&haptic.lateness_us) {
         row("late", late);
+    }
+    if let Some(late) = lateness::in_words(summary) {
+        row("lateness", late);
     }
     if let Some(took) = microseconds(&haptic.compute_us) {
         row("a tick took", took);
@@ -51,7 +57,10 @@ pub(super) fn text(summary: &Summary) -> String {
         if let (Some(peak_force_n), Some(energy_j)) = (user.peak_force_n, user.energy_j) {
             let active = user.passivity.filter(|seen| seen.least_energy_j < -LEAST_TOLD_J);
             let active = active.map_or_else(String::new, |seen| {
-                format!("; a finger got up to {:.4} J more out than was put in", -seen.least_energy_j)
+                format!(
+                    "; at one finger up to {:.4} J more came out than the hand had put in there",
+                    -seen.least_energy_j
+                )
             });
             row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J{active}"));
         }
@@ -86,10 +95,14 @@ fn verdict_of_all(summary: &Summary) -> String {
     };
     match stable {
         None => format!("{word}{what}; no prediction: {}", open.unwrap_or(Unproven::Coverage).in_words()),
-        Some(true) if summary.stable => "quiet: stable, as predicted".to_owned(),
-        Some(false) if summary.stable => format!(
-            "{word}, although the prediction was unstable: what would grow was not set off in this run, or had too little time"
+        _ if summary.stable && summary.judged_s < LEAST_JUDGED_S => format!(
+            "{word}, but only {:.1} s of it were judged, which is too short to say whether it is stable",
+            summary.judged_s
         ),
+        Some(true) if summary.stable => "quiet: stable, as predicted".to_owned(),
+        Some(false) if summary.stable => {
+            format!("{word}, although the prediction was unstable: {}", why_quiet(summary))
+        }
         Some(false) => format!("{word}, as predicted{what}"),
         Some(true) => format!("{word}, although the prediction was stable{what}; {}", what_else(summary)),
     }
@@ -99,6 +112,19 @@ fn verdict_of_all(summary: &Summary) -> String {
 pub(super) fn outcome(summary: &Summary) -> String {
     let what = what_happened(summary).map_or_else(String::new, |what| format!(": {what}"));
     format!("{}{what}", summary.verdict.in_words())
+}
+
+/// Why a run was quiet that was predicted to be unstable.
+fn why_quiet(summary: &Summary) -> String {
+    let given = summary.users_detail.iter().filter_map(|user| Some((user, user.passivity?.least_energy_j)));
+    match given.min_by(|(_, one), (_, other)| one.total_cmp(other)) {
+        // What is slower than 8 Hz is no shaking; the energy shows it.
+        Some((user, least_j)) if least_j < -LEAST_TOLD_J => format!(
+            "it may be growing slowly, below 8 Hz, for {} took up to {:.4} J more out at a finger than was put in there",
+            user.name, -least_j
+        ),
+        _ => "what would grow was not set off in this run, or had too little time".to_owned(),
+    }
 }
 
 /// Who did not stay quiet, how and when; nothing of a quiet run.
@@ -122,18 +148,12 @@ fn shaking(ShakingSummary { user, finger, from_s, to_s, rms_n, hz }: &ShakingSum
 
 /// What acts in a run that is not what was predicted.
 fn what_else(summary: &Summary) -> String {
-    let HapticSummary { missed, due, .. } = summary.haptic;
-    if missed > 0 {
-        let late = summary
-            .haptic
-            .lateness_us
-            .max
-            .map_or_else(String::new, |max| format!(", and others began up to {:.1} ms late", max / 1e3));
-        return format!(
-            "the computer was late: {missed} of {due} ticks were left out{late}, which the prediction does not know of"
-        );
+    match lateness::in_words(summary) {
+        Some(late) => format!(
+            "the loop was not the one that was predicted, since the computer or the network was late: {late}"
+        ),
+        None => "something acted that the analysis leaves out".to_owned(),
     }
-    "something acted that the analysis leaves out".to_owned()
 }
 
 /// The same for the top of a picture, where there is room for a line.
@@ -180,13 +200,13 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::{Divergence, RunVerdict};
+    use cotouch_runtime::{Divergence, PassivitySummary, PredictedForDelay, RunVerdict};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
         let mut summary = Summary::new(&scene);
         summary.predicted = Some(Predicted { stable: Some(true), spectral_radius: 0.97, open: None });
-        summary.duration_s = 10.0;
+        (summary.duration_s, summary.judged_s) = (10.0, 9.5);
         summary.haptic.hosts = 2;
         (summary.haptic.due, summary.haptic.ticks, summary.haptic.missed) = (20_480, 20_479, 1);
         summary.haptic.lateness_us =
@@ -228,8 +248,15 @@ mod tests {
             verdict(&summary),
             "shaking, although the prediction was stable: ben's finger 2 shook by 0.50 N rms at 31 Hz from 3.0 to 4.5 s; something acted that the analysis leaves out"
         );
-        summary.haptic.missed = 7;
-        assert!(verdict(&summary).contains("the computer was late: 7 of 20480 ticks were left out"));
+        (summary.lateness.missed_ticks, summary.lateness.late_packets) = (7, 40);
+        summary.lateness.data_excess_periods = 2;
+        summary.lateness.predicted_for =
+            Some(PredictedForDelay { delay_periods: 3, stable: Some(false), spectral_radius: 1.02 });
+        assert!(verdict(&summary).ends_with(
+            "the loop was not the one that was predicted, since the computer or the network was late: 7 of 20480 ticks were left out, \
+             40 packets came after they were due, data were up to 2 network periods older than intended; \
+             with a delay of 3 network periods, as it was then, the prediction is: unstable"
+        ));
         summary.predicted = Some(Predicted { stable: Some(false), spectral_radius: 1.2, open: None });
         assert!(verdict(&summary).starts_with("shaking, as predicted: ben's finger 2"));
         summary.verdict = RunVerdict::Diverging;
@@ -245,6 +272,11 @@ mod tests {
         );
         (summary.stable, summary.verdict) = (true, RunVerdict::Quiet);
         assert!(verdict(&summary).contains("although the prediction was unstable"));
+        summary.users_detail[1].passivity =
+            Some(PassivitySummary { least_energy_j: -0.25, ..PassivitySummary::default() });
+        assert!(verdict(&summary).contains("ben took up to 0.2500 J more out at a finger"));
+        summary.judged_s = 0.3;
+        assert!(verdict(&summary).contains("only 0.3 s of it were judged"));
         summary.predicted = None;
         (summary.diverged, summary.shaking) = (None, Vec::new());
         assert_eq!(verdict(&summary), "quiet; nothing was predicted");

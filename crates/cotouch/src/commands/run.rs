@@ -10,7 +10,7 @@ use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
 
 use super::address::resolve;
-use super::{prediction, report, settings};
+use super::{lateness, prediction, report, settings};
 use crate::arguments::{Host, Recording, Run};
 use crate::failure::{Failure, Verdict};
 use crate::figure;
@@ -220,6 +220,7 @@ fn conclude(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     settings::complete(&mut summary, began_with, predicted, output);
+    lateness::complete(&mut summary, scene);
     // Of the session that ran last, where there were several.
     if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {
         let picture = recording.with_extension("svg");

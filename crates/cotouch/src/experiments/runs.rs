@@ -58,7 +58,7 @@ impl Run {
 
     /// Runs `scene`.
     pub(super) fn of_scene(scene: Scene, duration_s: f64) -> anyhow::Result<Self> {
-        let predicted = cotouch_analysis::analyze(&scene)?;
+        let predicted = cotouch_analysis::analyze_settled(&scene)?;
         let mut hosts = vec![HostCurves::default(); scene.users.len()];
         let mut ticks = vec![0_u64; hosts.len()];
         let summary = session::simulate(&scene, duration_s, |host, tick| {

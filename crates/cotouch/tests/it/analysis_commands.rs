@@ -57,7 +57,8 @@ fn routes_that_share_only_the_description_agree_with_the_verdict() {
         for mode in found["check"].as_array().unwrap() {
             let verdict =
                 found["modes"].as_array().unwrap().iter().find(|of| of["contacts"] == mode["contacts"]);
-            close(&mode["spectral_radius"], verdict.unwrap()["spectral_radius"].as_f64().unwrap(), 1e-12);
+            // One is of the whole loop, the other of the part of it that the contacts are in.
+            close(&mode["spectral_radius"], verdict.unwrap()["spectral_radius"].as_f64().unwrap(), 1e-9);
             let names =
                 mode["routes"].as_array().unwrap().iter().map(|route| route["name"].as_str().unwrap());
             assert!(names.eq(["instants", "state-space", "resampling"]));

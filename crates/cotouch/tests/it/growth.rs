@@ -4,7 +4,7 @@
 //! what comes of it, and everything that moves is watched from one pattern of ticks and network steps to the next.
 
 use crate::support::{Probe, scene};
-use cotouch_analysis::analyze;
+use cotouch_analysis::analyze_settled;
 use cotouch_scene::scene::Scene;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
@@ -57,7 +57,7 @@ fn draw(random: &mut Pcg64Mcg, architecture: &str) -> Drawn {
     }
     let settings: Vec<&str> = settings.iter().map(String::as_str).collect();
     let scene = scene(&settings);
-    let radius = analyze(&scene).unwrap().spectral_radius;
+    let radius = analyze_settled(&scene).unwrap().spectral_radius;
     Drawn { scene, radius, label: format!("{} with radius {radius}", settings.join(" ")) }
 }
 

@@ -14,3 +14,4 @@ mod soak;
 mod soft_commands;
 mod soft_scenes;
 mod support;
+mod switching;

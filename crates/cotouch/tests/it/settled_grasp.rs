@@ -74,6 +74,7 @@ fn measured(probe: &mut Probe, scene: &Scene) -> OperatingPoint {
                 anchor,
                 curvature,
                 force,
+                slides: None,
             });
         }
         point.poses.push(poses);

@@ -107,7 +107,9 @@ fn without_a_pointer_it_is_the_simulated_user_to_the_bit() {
 
 #[test]
 fn fingers_go_where_the_pointer_says() {
-    let (mut user, pointer) = guided(&scene_of(&[], &[DVec3::ZERO, DVec3::X * 0.1]));
+    let starts = [DVec3::ZERO, DVec3::X * 0.1];
+    let scene = edited(&scene_of(&[], &starts), |scene| scene.users[0].repeat = true);
+    let (mut user, pointer) = guided(&scene);
     pointer.at(&[DVec3::new(0.05, 3.0, 0.0)]);
     velocities(&mut user, 0..1500);
     let readings = user.read(1500).unwrap();

@@ -20,6 +20,19 @@ pub struct User {
     pub repeat: bool,
 }
 
+/// The spring from a pointer to the fingers of users whose scene gives them none for tracking: soft enough for a mouse's
+/// stretch to be seen.
+const USUAL_POINTER_SPRING: SpringDamper = SpringDamper { stiffness_n_per_m: 150.0, damping_n_s_per_m: 6.0 };
+
+impl User {
+    /// The spring from a pointer that moves the user's hand to each of its fingers: `tracking`, or a usual one where the
+    /// scene has none. It is a part of the loop.
+    #[must_use]
+    pub fn pointer_spring(&self) -> SpringDamper {
+        if self.tracking.stiffness_n_per_m > 0.0 { self.tracking } else { USUAL_POINTER_SPRING }
+    }
+}
+
 /// `[[user.finger]]`: one haptic interface point of a user.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Finger {

@@ -2,7 +2,7 @@
 import { colour, freshContext, make, say } from "../dom.ts";
 import type { Picture } from "../picture.ts";
 import { readable, share } from "./scale.ts";
-import { limits, OBSERVED, observed, type Observed } from "./words.ts";
+import { lateness, limits, OBSERVED, observed, type Observed } from "./words.ts";
 
 /** Of the trace of the force above 8 Hz, N rms. */
 const SCALE = { low: 1e-5, high: 100, log: true };
@@ -48,7 +48,7 @@ export class Running {
       this.#history.push({ time_s: picture.time_s, force_n: picture.fast_force_n });
       while (picture.time_s - this.#history[0]!.time_s > TRACE_S) this.#history.shift();
       say(this.#force, `${forceText(picture.fast_force_n)} above 8 Hz`);
-      say(this.#limits, limits(picture));
+      say(this.#limits, [limits(picture), lateness(picture)].filter(Boolean).join(". "));
       this.#draw(picture.time_s);
     }
     return before !== this.seen;

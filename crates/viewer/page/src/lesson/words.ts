@@ -103,3 +103,13 @@ export function limits(picture: Picture): string {
   if (acting.length > 0) return `Governor: ${acting.join(", ")}`;
   return bits & FADING ? "Forces fade in or out" : "";
 }
+
+/** Whether the computer is late, with figures; "" where it is not. What a late loop does says little about the predicted one. */
+export function lateness(picture: Picture): string {
+  const sum = (of: (host: Picture["hosts"][number]) => number) => picture.hosts.reduce((total, host) => total + of(host), 0);
+  const missed = sum((host) => host.missed);
+  if (missed === 0) return "";
+  const worst_us = Math.max(...picture.hosts.map((host) => host.lateness_us));
+  const due = missed + sum((host) => host.ticks);
+  return `The computer is late: ${missed} of ${due} ticks left out, the last one began ${readable(worst_us / 1000)} ms late`;
+}

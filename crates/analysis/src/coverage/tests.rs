@@ -1,0 +1,179 @@
+use cotouch_scene::scene::{Architecture, Scene};
+
+use super::contacts::{BodyContacts, Set};
+use super::hands::{Hand, ways};
+use super::loops::judge_candidate;
+use super::symmetry::{representative, symmetries};
+use super::{Study, cover};
+use crate::operating_point::Reach;
+use crate::stability::analyze_settled;
+
+fn load(name: &str, set: &[&str]) -> Scene {
+    let set: Vec<_> = set.iter().map(|text| text.parse().unwrap()).collect();
+    cotouch_scene::load(name, &set).unwrap()
+}
+
+fn parse(text: &str) -> Scene {
+    cotouch_scene::parse(text, "test", None, &[]).unwrap()
+}
+
+/// Two hands beside a box on a line: every mode in which all copies are touched at once dies out.
+const ONE_COPY: &str = r#"
+space = "line"
+[session]
+architecture = "distributed"
+users = 2
+[rates]
+control_hz = 1024
+network_hz = 512
+[link]
+delay_periods = 0
+[hand]
+mass_kg = 0.075
+damping_n_s_per_m = 3.567
+[object]
+mass_kg = 0.847
+shape = "box"
+size_m = [0.1, 0.1, 0.1]
+[coupling.hand_object]
+stiffness_n_per_m = 7618.422
+damping_n_s_per_m = 18.654
+[coupling.remote_hand_object]
+stiffness_n_per_m = 6222.011
+damping_n_s_per_m = 2.755
+[coupling.object_object]
+stiffness_n_per_m = 2523.913
+damping_n_s_per_m = 5.152
+[[user]]
+name = "anna"
+[[user.finger]]
+position_m = [-0.1, 0, 0]
+[[user]]
+name = "ben"
+[[user.finger]]
+position_m = [0.1, 0, 0]
+"#;
+
+#[test]
+fn a_finger_at_one_copy_alone_is_a_mode_and_can_be_the_worst() {
+    let covered = cover(&parse(ONE_COPY)).unwrap();
+    let partial = |mode: &&crate::ModeStability| mode.contacts.iter().any(|name| name.contains("copy"));
+    let largest =
+        |modes: Vec<&crate::ModeStability>| modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
+    let (partly, wholly): (Vec<_>, Vec<_>) = covered.modes.iter().partition(partial);
+    assert!((largest(wholly) - 0.998_352_6).abs() < 1e-6);
+    assert!(partly.iter().any(|mode| mode.contacts == ["anna.finger1 (ben's copy)"]), "{partly:?}");
+    assert!(largest(partly) > 0.999);
+    assert!(covered.left_out.is_empty(), "{:?}", covered.left_out);
+}
+
+/// Fingers without a script touch, as a hand that is taken on the page can.
+const FOUR_FINGERS: &str = r#"
+space = "plane"
+[session]
+architecture = "distributed"
+users = 2
+[link]
+delay_periods = 1
+[object]
+mass_kg = 0.3
+shape = "box"
+size_m = [0.2, 0.12, 0.05]
+[coupling.hand_object]
+stiffness_n_per_m = 200000
+damping_n_s_per_m = 3
+[coupling.hand_object_tangential]
+stiffness_n_per_m = 1200
+damping_n_s_per_m = 10
+[coupling.remote_hand_object]
+stiffness_n_per_m = 800
+damping_n_s_per_m = 3
+[coupling.object_object]
+stiffness_n_per_m = 400
+damping_n_s_per_m = 8
+[[user]]
+name = "me"
+[[user.finger]]
+position_m = [-0.03, -0.09, 0]
+[[user.finger]]
+position_m = [-0.03, 0.09, 0]
+[[user]]
+name = "you"
+[[user.finger]]
+position_m = [0.03, -0.09, 0]
+[[user.finger]]
+position_m = [0.03, 0.09, 0]
+"#;
+
+#[test]
+fn fingers_without_a_script_count() {
+    let scene = parse(FOUR_FINGERS);
+    assert!(analyze_settled(&scene).unwrap().each_mode_is_stable(), "scripts touch nothing");
+    let covered = cover(&scene).unwrap();
+    let alone = |mode: &&crate::ModeStability| mode.contacts == ["me.finger1"];
+    let alone = covered.modes.iter().find(alone).unwrap();
+    assert!(!alone.stable && covered.spectral_radius > 1.0, "{alone:?}");
+    assert!(covered.worst.place.is_some() && covered.worst.gain.is_some(), "{:?}", covered.worst);
+}
+
+/// Every set has the eigenvalues of the one that stands for it.
+#[test]
+fn sets_that_are_alike_are_equally_stable() {
+    for (name, architecture, least) in [
+        ("grasp", Architecture::Distributed, 4),
+        ("grasp", Architecture::Centralized, 2),
+        ("hand-over", Architecture::Distributed, 1),
+    ] {
+        let scene = load(name, &[]);
+        let scene = scene.edit(|scene| scene.session.architecture = architecture).unwrap();
+        let reach = Reach::of(&scene);
+        let contacts = BodyContacts::of(&scene, &reach, 0);
+        let symmetries = symmetries(&scene, &reach, &contacts);
+        assert!(symmetries.len() >= least, "{name}: {}", symmetries.len());
+        let study = Study { scene: &scene, reach: &reach };
+        let all = contacts.all.len();
+        for number in 1..60_usize {
+            let code = number.wrapping_mul(40_503) % (1 << all);
+            let set: Set = (0..all).filter(|&contact| code >> contact & 1 == 1).collect();
+            let alike = representative(&set, &symmetries);
+            if set == alike || !contacts.can_be(&scene, &reach, &set) {
+                continue;
+            }
+            let [one, other] = [&set, &alike].map(|set| {
+                let candidate = study.told(&contacts, set);
+                judge_candidate(&scene, &reach, &candidate, false).unwrap().spectral_radius
+            });
+            assert!((one - other).abs() < 1e-7, "{name} {set:?} {alike:?}: {one} {other}");
+        }
+    }
+}
+
+/// Sets in which every contact is with all copies are the modes of the settled grasp.
+#[test]
+fn contacts_with_all_copies_are_the_modes_of_the_settled_grasp() {
+    let scene = load("sinusoid", &[]);
+    let covered = cover(&scene).unwrap();
+    for mode in analyze_settled(&scene).unwrap().modes {
+        let same = covered.modes.iter().find(|other| other.contacts == mode.contacts).unwrap();
+        assert!((same.spectral_radius - mode.spectral_radius).abs() < 1e-7, "{mode:?} {same:?}");
+    }
+}
+
+#[test]
+fn hands_are_held_in_every_way_that_differs() {
+    let tracked = load("grasp", &[]);
+    assert_eq!(ways(&tracked.users[0]), [Hand::Told, Hand::OnDevice]);
+    let pushed = load("single-axis", &[]);
+    assert_eq!(ways(&pushed.users[0]), [Hand::Told, Hand::Taken]);
+}
+
+/// Nothing that a script of a built-in scene does is unstable, whatever copies it is at.
+#[test]
+fn built_in_scenes_are_covered() {
+    for name in ["grasp", "sinusoid", "push-wall"] {
+        let covered = cover(&load(name, &[])).unwrap();
+        println!("{name} {} {:?} {:?}", covered.modes.len(), covered.left_out, covered.worst);
+        let unstable: Vec<_> = covered.modes.iter().filter(|mode| !mode.stable).collect();
+        assert!(unstable.is_empty(), "{name} {unstable:?}");
+    }
+}
