@@ -63,11 +63,32 @@ impl Evaluator {
         }
     }
 
-    fn compiled(&self, values: &[f64]) -> Result<PointVerdict, SweepError> {
+    /// Whether points need no compiling.
+    pub(crate) const fn is_quick(&self) -> bool {
+        self.template.is_some()
+    }
+
+    /// Whether each mode is stable with `values`, one for each key: quicker than [`Self::at`] where one is not.
+    ///
+    /// # Errors
+    /// As [`Self::at`].
+    pub(crate) fn is_stable_at(&self, values: &[f64]) -> Result<bool, SweepError> {
+        match self.template.as_ref().and_then(|template| template.at(values)) {
+            Some(verdict) => Ok(verdict.stable),
+            None => Ok(self.variants.is_stable(&self.scene_at(values)?)?),
+        }
+    }
+
+    fn scene_at(&self, values: &[f64]) -> Result<Scene, SweepError> {
         let mut scene = self.scene.clone();
         for (key, &value) in self.keys.iter().zip(values) {
             scene = with_override(&scene, key, value)?;
         }
+        Ok(scene)
+    }
+
+    fn compiled(&self, values: &[f64]) -> Result<PointVerdict, SweepError> {
+        let scene = self.scene_at(values)?;
         Ok(self.variants.verdict(&scene)?.verdict)
     }
 }

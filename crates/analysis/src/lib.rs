@@ -96,7 +96,7 @@ pub use evaluator::Evaluator;
 pub use left_out::LeftOut;
 pub use lift::LiftedMap;
 pub use map::{StabilityMap, stability_map};
-pub use margin::{GainMargin, Margins, RateMargin, margins};
+pub use margin::{Cure, DelayAndLoss, GainMargin, Margins, RateMargin, margins};
 pub use operating_point::{CornerContact, FingerContact, OperatingPoint};
 pub use poles::analyze_loop;
 pub use soft::{SingularStep, SoftAnalysisError, compile_unreduced, gain_ratios};

@@ -83,7 +83,8 @@ pub fn stability_map(
     };
     let Curves { boundary, outlines } = curves(&plane, &stable)?;
     let is_empty = !stable.iter().flatten().any(|&stable| stable);
-    let empty = if is_empty { Some(empty::reason(scene, x, y)?) } else { None };
+    let empty =
+        if is_empty { Some(empty::reason(scene, x, y, &|share| progress(0.8 + 0.2 * share))?) } else { None };
     progress(1.0);
     let radius = |y: usize, x: usize| plane.known(Point { x, y }).map_or(f64::NAN, |v| v.spectral_radius);
     let radii = || (0..plane.y.len()).map(|y| (0..plane.x.len()).map(|x| radius(y, x)).collect()).collect();
@@ -108,7 +109,7 @@ fn all_verdicts(
     let step = || {
         let done = done.fetch_add(1, Ordering::Relaxed) + 1;
         if done.is_multiple_of(64) {
-            progress(0.95 * done as f64 / count as f64);
+            progress(0.8 * done as f64 / count as f64);
         }
     };
     plane.evaluate(points, &step)?;

@@ -2,6 +2,7 @@
 //!
 //! Each is changed alone, the rest of the scene staying as it is, until the worst contact mode turns unstable.
 
+mod cures;
 mod delay;
 mod found;
 mod gains;
@@ -9,14 +10,15 @@ mod loss;
 mod rates;
 mod scan;
 
-use cotouch_scene::Scene;
+use cotouch_scene::scene::PlayOut;
+use cotouch_scene::{Scene, with_override};
 
 use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::verdict::Stability;
 use found::{Found, go_on};
 
-pub use found::{GainMargin, Margins, RateMargin};
+pub use found::{Cure, DelayAndLoss, GainMargin, Margins, RateMargin};
 
 /// All margins of a scene, on all cores. `progress` is told the share that is done, and says whether to go on.
 ///
@@ -29,14 +31,20 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
         spectral_radius: verdict.spectral_radius,
         delay_periods: None,
         loss_rate: None,
+        delay_and_loss: Vec::new(),
         gains: Vec::new(),
         rates: Vec::new(),
         rates_together_hz: None,
         rates_together_factor: None,
+        cures: Vec::new(),
         notes: Vec::new(),
     };
     if !verdict.each_mode_is_stable() {
         margins.notes.push(which_is_unstable(&verdict));
+        margins.cures = cures::cures(scene, &verdict, progress)?;
+        if margins.cures.is_empty() {
+            margins.notes.push(NO_CURE.to_owned());
+        }
         return Ok(margins);
     }
     margins.gains =
@@ -54,7 +62,7 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
     margins.rates_together_hz = rates.together.hz;
     margins.rates_together_factor = rates.together.factor;
     go_on(progress(0.8))?;
-    let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.2 * share))?, &mut margins.notes);
+    let loss = noted(loss::margin(scene, &|share| progress(0.8 + 0.1 * share))?, &mut margins.notes);
     margins.loss_rate = loss.map(|limit| limit.unwrap_or(1.0));
     if loss == Some(None) {
         margins.notes.push(format!(
@@ -62,8 +70,36 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
             100.0 * loss::HIGHEST
         ));
     }
+    margins.delay_and_loss = delay_and_loss(scene, &margins, &|share| progress(0.9 + 0.1 * share))?;
     progress(1.0);
     Ok(margins)
+}
+
+const NO_CURE: &str = "No change of a single gain, by factors of up to 100, of the delay or of a rate makes every contact mode stable.";
+
+/// At most so many delays have their loss margins told.
+const MAX_DELAYS: u32 = 6;
+
+/// The loss margins of the present delay, which is known, and of longer ones.
+fn delay_and_loss(
+    scene: &Scene,
+    margins: &Margins,
+    progress: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<Vec<DelayAndLoss>, SweepError> {
+    let present = scene.link.delay_periods;
+    let mut rows = vec![DelayAndLoss { delay_periods: present, loss_rate: margins.loss_rate }];
+    let Some(limit) = margins.delay_periods.filter(|_| scene.link.play_out == PlayOut::Scheduled) else {
+        return Ok(rows);
+    };
+    let last = (limit.floor() as u32).min(present + MAX_DELAYS - 1);
+    for delay_periods in present + 1..=last {
+        let done = f64::from(delay_periods - present - 1) / f64::from(last - present);
+        let later = with_override(scene, "link.delay_periods", f64::from(delay_periods))?;
+        let share = |share: f64| progress(done + share / f64::from(last - present));
+        let loss_rate = loss::margin(&later, &share)?.ok().map(|limit| limit.unwrap_or(1.0));
+        rows.push(DelayAndLoss { delay_periods, loss_rate });
+    }
+    Ok(rows)
 }
 
 fn noted<T>(found: Found<T>, notes: &mut Vec<String>) -> Option<T> {

@@ -7,7 +7,7 @@ use crate::compile::{ContactMode, every_finger};
 use crate::coverage::{self, Covered};
 use crate::left_out::LeftOut;
 use crate::modes::{contact_modes, contact_points};
-use crate::poles::analyze_loop;
+use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
 use crate::switching::{self, Switched};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
@@ -64,6 +64,8 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 /// As [`analyze`].
 pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, left_out) = contact_modes(scene, &Bodies::default())?;
+    // Before any is judged: that takes long where one is too large.
+    modes.iter().try_for_each(|mode| check_size(&mode.spec))?;
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;
     let settled = modes.iter().position(|mode| mode.settled).unwrap_or(0);
     let (headline, spec) = (&verdicts[settled], &modes[settled].spec);

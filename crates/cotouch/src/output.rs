@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 use anyhow::Context as _;
 use serde::Serialize;
 
+use crate::progress::{Progress, Shown};
+
 /// How a command answers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Output {
@@ -48,6 +50,11 @@ impl Output {
             // A reader that went away is noticed when the answer is given.
             let _ = writeln!(std::io::stdout(), "{sentence}");
         }
+    }
+
+    /// What shows the progress of long work: lines where stdout is for JSON, else a bar where stderr is a terminal.
+    pub(crate) fn progress(&self, what: &str) -> Progress {
+        Progress::new(what, if self.json { Shown::Lines } else { Shown::Bar })
     }
 
     fn shown(&self, answer: &impl Serialize, text: &str) -> anyhow::Result<String> {

@@ -1,49 +1,134 @@
-//! A progress bar on stderr for long work, only where someone sees it, and Ctrl-C.
+//! What long work shows on stderr while it lasts, and Ctrl-C.
 
-use std::sync::Arc;
+use std::io::IsTerminal as _;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Condvar, Mutex, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use anyhow::Context as _;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
-/// A bar that fills with the share of the work that is done.
-pub(crate) struct Progress(ProgressBar);
+/// Work that is done sooner shows nothing.
+const SILENT_FOR: Duration = Duration::from_secs(2);
+/// Lines come so far apart.
+const LINE_EVERY: Duration = Duration::from_secs(1);
+/// A bar is drawn anew so often.
+const DRAWN_EVERY: Duration = Duration::from_millis(200);
 
 const STEPS: u64 = 1000;
 
+/// How progress is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Shown {
+    /// As a bar, where stderr is a terminal; else not at all.
+    Bar,
+    /// In plain lines, whatever stderr is.
+    Lines,
+}
+
+/// Work in progress. It shows how much is done once it has taken more than two seconds: in a bar, or in a line a second.
+pub(crate) struct Progress {
+    work: Arc<Work>,
+    teller: Option<JoinHandle<()>>,
+}
+
+struct Work {
+    what: String,
+    bar: ProgressBar,
+    ended: Mutex<bool>,
+    wake: Condvar,
+}
+
 impl Progress {
-    /// A bar that says what is going on. Draws nothing unless stderr is a terminal.
-    pub(crate) fn new(what: &str) -> Self {
-        let bar = ProgressBar::new(STEPS);
-        let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %, {eta} to go");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
-        bar.set_message(what.to_owned());
-        Self(bar)
+    /// Work that says which share of it is done; until it does, its time is shown.
+    pub(crate) fn new(what: &str, shown: Shown) -> Self {
+        Self::begin(what, shown, "{msg} {spinner} {elapsed}")
     }
 
-    /// A line that counts, for work whose length is not known.
-    pub(crate) fn unmeasured(what: &str) -> Self {
-        let bar = ProgressBar::no_length();
-        let style = ProgressStyle::with_template("{msg} {spinner} {human_pos} ticks");
-        bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_spinner()));
+    /// Work that counts ticks, whose number is not known.
+    pub(crate) fn unmeasured(what: &str, shown: Shown) -> Self {
+        Self::begin(what, shown, "{msg} {spinner} {human_pos} ticks")
+    }
+
+    fn begin(what: &str, shown: Shown, template: &str) -> Self {
+        let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
+        bar.set_style(
+            ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_spinner()),
+        );
         bar.set_message(what.to_owned());
-        Self(bar)
+        let (ended, wake) = (Mutex::new(false), Condvar::new());
+        let work = Arc::new(Work { what: what.to_owned(), bar, ended, wake });
+        let is_seen = shown == Shown::Lines || std::io::stderr().is_terminal();
+        let teller = is_seen.then(|| {
+            let work = Arc::clone(&work);
+            thread::spawn(move || work.tell_until_ended(shown))
+        });
+        Self { work, teller }
     }
 
     /// Shows how much is done.
     pub(crate) fn count(&self, done: u64) {
-        self.0.set_position(done);
+        self.work.bar.set_position(done);
     }
 
     /// Shows the share that is done, 0 to 1.
     pub(crate) fn show(&self, share: f64) {
-        self.0.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
+        let bar = &self.work.bar;
+        if bar.length().is_none() {
+            let style = ProgressStyle::with_template("{msg} [{bar:40}] {percent:>3} %, {eta} to go");
+            bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()).progress_chars("=> "));
+            bar.set_length(STEPS);
+        }
+        bar.set_position((share.clamp(0.0, 1.0) * STEPS as f64) as u64);
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.0.finish_and_clear();
+        *self.work.ended.lock().unwrap_or_else(PoisonError::into_inner) = true;
+        self.work.wake.notify_all();
+        if let Some(teller) = self.teller.take() {
+            // A thread that only prints has nothing to say about the work.
+            let _ = teller.join();
+        }
+        self.work.bar.finish_and_clear();
+    }
+}
+
+impl Work {
+    fn tell_until_ended(&self, shown: Shown) {
+        let mut wait = SILENT_FOR;
+        while !self.has_ended_within(wait) {
+            match shown {
+                Shown::Lines => {
+                    eprintln!("{}", self.line());
+                    wait = LINE_EVERY;
+                }
+                Shown::Bar => {
+                    if self.bar.is_hidden() {
+                        self.bar.set_draw_target(ProgressDrawTarget::stderr());
+                    }
+                    self.bar.tick();
+                    wait = DRAWN_EVERY;
+                }
+            }
+        }
+    }
+
+    fn has_ended_within(&self, wait: Duration) -> bool {
+        let ended = self.ended.lock().unwrap_or_else(PoisonError::into_inner);
+        let waited = self.wake.wait_timeout_while(ended, wait, |ended| !*ended);
+        *waited.unwrap_or_else(PoisonError::into_inner).0
+    }
+
+    fn line(&self) -> String {
+        let (what, elapsed_s) = (&self.what, self.bar.elapsed().as_secs());
+        match (self.bar.length(), self.bar.position()) {
+            (Some(steps), done) => format!("{what}: {} %, {elapsed_s} s", 100 * done / steps),
+            (None, 0) => format!("{what}: {elapsed_s} s"),
+            (None, ticks) => format!("{what}: {ticks} ticks, {elapsed_s} s"),
+        }
     }
 }
 
@@ -71,5 +156,30 @@ impl Stop {
     /// Asks for the end.
     pub(crate) fn set(&self) {
         self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_says_how_much_is_done_or_for_how_long() {
+        let progress = Progress::new("analysing", Shown::Bar);
+        assert!(progress.work.line().starts_with("analysing: 0 s"), "{}", progress.work.line());
+        progress.show(0.351);
+        assert!(progress.work.line().starts_with("analysing: 35 %, "), "{}", progress.work.line());
+        let replaying = Progress::unmeasured("replaying", Shown::Bar);
+        replaying.count(1234);
+        assert!(replaying.work.line().starts_with("replaying: 1234 ticks, "), "{}", replaying.work.line());
+    }
+
+    #[test]
+    fn work_that_ends_is_not_waited_for() {
+        let progress = Progress::new("analysing", Shown::Lines);
+        assert!(!progress.work.has_ended_within(Duration::ZERO));
+        let work = Arc::clone(&progress.work);
+        drop(progress);
+        assert!(work.has_ended_within(Duration::from_secs(3600)));
     }
 }

@@ -18,7 +18,7 @@ use cotouch_viewer::{Base, Show, Viewer};
 
 use crate::output::Output;
 use crate::predictor::Analyst;
-use crate::progress::{Progress, Stop};
+use crate::progress::{Progress, Shown, Stop};
 use crate::trace::Trace;
 
 /// What a session is to do besides running.
@@ -39,9 +39,14 @@ pub(crate) struct Plan {
 }
 
 /// Runs a whole session in simulated time.
-pub(crate) fn run_virtual(scene: &Scene, plan: &Plan, stop: &Stop) -> anyhow::Result<Summary> {
+pub(crate) fn run_virtual(
+    scene: &Scene,
+    plan: &Plan,
+    stop: &Stop,
+    output: &Output,
+) -> anyhow::Result<Summary> {
     let duration_s = plan.duration_s.context("a run in virtual time needs a duration")?;
-    let progress = Progress::new("simulating");
+    let progress = output.progress("simulating");
     let keep_on = |elapsed_s: f64| {
         progress.show(elapsed_s / duration_s);
         !stop.is_set()
@@ -109,7 +114,7 @@ pub(crate) fn watch(
         Some(address) => start_viewer(Show::Live(Arc::clone(&live), base), address, "join it", output),
         None => None,
     };
-    let progress = plan.duration_s.map(|_| Progress::new("running"));
+    let progress = plan.duration_s.map(|_| Progress::new("running", Shown::Bar));
     let mut warned = false;
     let mut looks_without_server = 0;
     let mut growth = RecordingGrowth::default();
@@ -224,7 +229,7 @@ pub(crate) fn trace_of(scene: &Scene, recording: &Path) -> anyhow::Result<Trace>
 
 /// Re-simulates a recording and compares it byte for byte.
 pub(crate) fn replay(file: &Path) -> anyhow::Result<Replayed> {
-    let progress = Progress::unmeasured("replaying");
+    let progress = Progress::unmeasured("replaying", Shown::Bar);
     let name = || file.display().to_string();
     let recording = RecordingReader::open(file).with_context(name)?;
     cotouch_runtime::replay(recording, |ticks| progress.count(ticks)).with_context(name)

@@ -7,6 +7,8 @@
 //! evaluated. After that the line between different verdicts is walked along: whatever touches it is evaluated, so
 //! that an area that was found at one point is found as a whole.
 
+use std::sync::atomic::{AtomicUsize, Ordering};
+
 use super::axis::{Span, spans};
 use super::plane::{Plane, Point, height};
 use crate::sweep::SweepError;
@@ -15,6 +17,8 @@ use crate::sweep::SweepError;
 const SAFETY: f64 = 2.0;
 /// A part of a cell is doubted at least this much of how the whole was.
 const INHERITED: f64 = 0.25;
+/// The share of the work that the coarse grid is taken to be.
+const AFTER_COARSE: f64 = 0.4;
 /// Nearer to 0 than this rounding may decide, so such points are evaluated one by one.
 const HAIR: f64 = 1e-9;
 
@@ -37,10 +41,14 @@ pub(super) fn verdicts(
     let coarse = places(&y_runs)
         .into_iter()
         .flat_map(|y| places(&x_runs).into_iter().map(move |x| Point { x, y }).collect::<Vec<_>>());
-    plane.evaluate(coarse.collect(), &|| ())?;
+    let coarse: Vec<Point> = coarse.collect();
+    let (count, done) = (coarse.len(), AtomicUsize::new(0));
+    plane.evaluate(coarse, &|| {
+        progress(AFTER_COARSE * (done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+    })?;
     let mut cells = coarse_cells(plane, &x_runs, &y_runs);
     let mut stable = vec![vec![false; plane.x.len()]; plane.y.len()];
-    let mut share = 0.4;
+    let mut share = AFTER_COARSE;
     while !cells.is_empty() {
         progress(share);
         share += 0.5 * (0.8 - share);

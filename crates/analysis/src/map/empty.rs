@@ -2,6 +2,7 @@
 //! something that is not swept would make some of it stable.
 
 use std::f64::consts::PI;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotouch_scene::scene::Architecture;
 use cotouch_scene::scene::SceneValues;
@@ -18,19 +19,26 @@ use cotouch_matrix::{eigenvalues, spectral_radius};
 
 /// Changed scenes are looked at on a grid of so many points a direction.
 const LOOKS: usize = 12;
+/// The same where every point has to be compiled.
+const SLOW_LOOKS: usize = 4;
 /// So many changes are told of.
 const MAX_CHANGES: usize = 3;
 /// What grows by less than this a pattern is not said to grow.
 const GROWTH: f64 = 1e-4;
 
 /// One or two plain sentences.
-pub(super) fn reason(scene: &Scene, x: &Sweep, y: Option<&Sweep>) -> Result<String, SweepError> {
-    let map = Map { scene, x, y };
+pub(super) fn reason(
+    scene: &Scene,
+    x: &Sweep,
+    y: Option<&Sweep>,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<String, SweepError> {
+    let map = Map { scene, x, y, gains: acting_gains(scene) };
     let mut sentences = Vec::new();
     if !scene.soft.exists() {
         sentences.extend(map.damper_alone()?);
     }
-    sentences.push(map.what_would_help());
+    sentences.push(map.what_would_help(progress));
     Ok(sentences.join(" "))
 }
 
@@ -38,23 +46,40 @@ struct Map<'a> {
     scene: &'a Scene,
     x: &'a Sweep,
     y: Option<&'a Sweep>,
+    gains: Vec<Gain>,
 }
 
 impl Map<'_> {
     /// The damper that is unstable without any spring and any other damper, all over the map.
     fn damper_alone(&self) -> Result<Option<String>, SweepError> {
         let corners = self.corners()?;
-        let dampers = acting_gains(self.scene)
-            .into_iter()
-            .filter(|gain| gain.key.contains("damping") && gain.value > 0.0);
+        let dampers = self.gains.iter().filter(|gain| gain.key.contains("damping") && gain.value > 0.0);
         for damper in dampers.filter(|damper| !self.is_swept(damper.key)) {
-            let growths: Vec<f64> = corners.iter().filter_map(|corner| growth_of(corner, &damper)).collect();
+            let growths: Vec<f64> =
+                corners.iter().filter_map(|corner| self.growth_of(corner, damper)).collect();
             let least = growths.iter().copied().fold(f64::INFINITY, f64::min);
             if growths.len() == corners.len() && least > 1.0 + GROWTH {
-                return Ok(Some(self.sentence(&damper, least)));
+                return Ok(Some(self.sentence(damper, least)));
             }
         }
         Ok(None)
+    }
+
+    /// How much the largest motion grows in a pattern while only one damper acts; `None` where that cannot be told.
+    fn growth_of(&self, scene: &Scene, damper: &Gain) -> Option<f64> {
+        let mut alone = scene.clone();
+        for gain in self.gains.iter().filter(|gain| gain.key != damper.key) {
+            if gain.key.contains("damping") {
+                alone = with_override(&alone, gain.key, 0.0).ok()?;
+            }
+        }
+        let mut alone = SceneValues::clone(&alone);
+        alone.hand.stiffness_n_per_m = 0.0;
+        alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
+        compile(&alone).into_iter().try_fold(0.0_f64, |largest, mode| {
+            let map = without_springs(mode.spec).lift_shared().ok()?.matrix;
+            Some(largest.max(spectral_radius(&eigenvalues(&map).ok()?)))
+        })
     }
 
     fn sentence(&self, damper: &Gain, growth: f64) -> String {
@@ -109,9 +134,15 @@ impl Map<'_> {
     }
 
     /// Which changes make some of the map stable.
-    fn what_would_help(&self) -> String {
+    fn what_would_help(&self, progress: &(dyn Fn(f64) + Sync)) -> String {
         let mut changes = self.changes();
-        let shares: Vec<f64> = changes.par_iter().map(|(_, scene)| self.share_of_stable(scene)).collect();
+        let (count, done) = (changes.len(), AtomicUsize::new(0));
+        let share_of = |(_, scene): &(String, Scene)| {
+            let share = self.share_of_stable(scene);
+            progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+            share
+        };
+        let shares: Vec<f64> = changes.par_iter().map(share_of).collect();
         let mut helpful: Vec<(f64, String)> = shares
             .into_iter()
             .zip(changes.drain(..).map(|(name, _)| name))
@@ -145,7 +176,7 @@ impl Map<'_> {
                 set("link.delay_periods", f64::from(periods), words);
             }
         }
-        for Gain { key, value } in acting_gains(scene).into_iter().filter(|gain| !self.is_swept(gain.key)) {
+        for &Gain { key, value } in self.gains.iter().filter(|gain| !self.is_swept(gain.key)) {
             for (factor, word) in [(0.5, "halved"), (2.0, "doubled")] {
                 set(key, factor * value, format!("{key} {word}"));
             }
@@ -164,38 +195,23 @@ impl Map<'_> {
     fn share_of_stable(&self, scene: &Scene) -> f64 {
         let keys: Vec<&str> = std::iter::once(self.x).chain(self.y).map(|sweep| sweep.key.as_str()).collect();
         let Ok(evaluator) = Evaluator::new(scene, &keys) else { return 0.0 };
+        let looks = if evaluator.is_quick() { LOOKS } else { SLOW_LOOKS };
+        let sample = |sweep: &Sweep| sample(sweep, looks);
         let rows = self.y.map_or_else(|| vec![None], |y| sample(y).into_iter().map(Some).collect());
         let points: Vec<Vec<f64>> = rows
             .into_iter()
             .flat_map(|y| sample(self.x).into_iter().map(move |x| std::iter::once(x).chain(y).collect()))
             .collect();
-        let is_stable = |point: &&Vec<f64>| evaluator.at(point).is_ok_and(|verdict| verdict.stable);
+        let is_stable = |point: &&Vec<f64>| evaluator.is_stable_at(point).is_ok_and(|stable| stable);
         points.iter().filter(is_stable).count() as f64 / points.len() as f64
     }
 }
 
-/// Some values of a sweep, both ends among them.
-fn sample(sweep: &Sweep) -> Vec<f64> {
+/// So many values of a sweep at most, both ends among them.
+fn sample(sweep: &Sweep, looks: usize) -> Vec<f64> {
     let values = sweep.values.values();
-    let count = values.len().min(LOOKS);
+    let count = values.len().min(looks);
     (0..count).map(|index| values[index * (values.len() - 1) / (count - 1).max(1)]).collect()
-}
-
-/// How much the largest motion grows in a pattern while only one damper acts; `None` where that cannot be told.
-fn growth_of(scene: &Scene, damper: &Gain) -> Option<f64> {
-    let mut alone = scene.clone();
-    for gain in acting_gains(scene).into_iter().filter(|gain| gain.key != damper.key) {
-        if gain.key.contains("damping") {
-            alone = with_override(&alone, gain.key, 0.0).ok()?;
-        }
-    }
-    let mut alone = SceneValues::clone(&alone);
-    alone.hand.stiffness_n_per_m = 0.0;
-    alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
-    compile(&alone).into_iter().try_fold(0.0_f64, |largest, mode| {
-        let map = without_springs(mode.spec).lift_shared().ok()?.matrix;
-        Some(largest.max(spectral_radius(&eigenvalues(&map).ok()?)))
-    })
 }
 
 /// The loop without forces that depend on positions.

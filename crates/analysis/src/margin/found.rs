@@ -22,6 +22,9 @@ pub struct Margins {
     /// dies out; 1 where only the loss of everything does that. A packet carries all samples from one host to another;
     /// the receiver goes on with what it had. `None` as above.
     pub loss_rate: Option<f64>,
+    /// How many packets may be lost at longer delays, from the scene's upwards, as far as the delay may grow and no farther
+    /// than a few periods.
+    pub delay_and_loss: Vec<DelayAndLoss>,
     /// Every spring and damper that acts and is not 0.
     pub gains: Vec<GainMargin>,
     /// The network rate and the haptic rate, each lowered alone.
@@ -31,8 +34,35 @@ pub struct Margins {
     pub rates_together_hz: Option<f64>,
     /// The same over the scene's haptic rate.
     pub rates_together_factor: Option<f64>,
+    /// Of an unstable scene: single changes that make it stable, the smallest first.
+    pub cures: Vec<Cure>,
     /// What to know about these numbers, in plain sentences.
     pub notes: Vec<String>,
+}
+
+/// How many packets may be lost at a delay.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct DelayAndLoss {
+    /// As `link.delay_periods`.
+    pub delay_periods: u32,
+    /// As [`Margins::loss_rate`] at this delay.
+    pub loss_rate: Option<f64>,
+}
+
+/// A change of one value that makes an unstable scene stable: every contact mode of the changed scene was analysed.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Cure {
+    /// A scene key. Keys that follow from it follow.
+    pub key: String,
+    /// Its value in the scene.
+    pub value: f64,
+    /// What makes the scene stable. A gain is by 5 % beyond `limit`, by 2 or 1 % where it must not be so far; a delay or
+    /// a rate is the nearest whole number of periods or of ticks a period.
+    pub to: f64,
+    /// The value of a gain at which the scene turns stable.
+    pub limit: Option<f64>,
+    /// Of the changed scene, as in [`Stability`](crate::Stability).
+    pub spectral_radius: f64,
 }
 
 /// How far one gain is from instability.

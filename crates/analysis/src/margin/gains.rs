@@ -14,8 +14,9 @@ use crate::verdict::PointVerdict;
 
 /// ln of the largest factor.
 const FARTHEST: f64 = 9.210_340_371_976_184;
-/// Factors that are looked at first, each way, less one.
+/// Factors that are looked at first, each way, less one: of a rigid scene, and with a soft object, whose loops are large.
 const PARTS: usize = 32;
+const PARTS_OF_SOFT: usize = 12;
 /// Looks closer than this (in ln of the factor) are not divided further.
 const FINEST: f64 = 1e-3;
 /// At most so many looks, each way: between these two, the fewer the more states there are.
@@ -59,11 +60,13 @@ struct Way {
     evaluator: Evaluator,
     value: f64,
     sign: f64,
+    parts: usize,
 }
 
 impl Way {
     fn new(scene: &Scene, gain: Gain, sign: f64) -> Result<Self, SweepError> {
-        Ok(Self { evaluator: Evaluator::new(scene, &[gain.key])?, value: gain.value, sign })
+        let parts = if scene.soft.exists() { PARTS_OF_SOFT } else { PARTS };
+        Ok(Self { evaluator: Evaluator::new(scene, &[gain.key])?, value: gain.value, sign, parts })
     }
 
     fn at(&self, place: f64) -> Result<PointVerdict, SweepError> {
@@ -72,7 +75,7 @@ impl Way {
 
     /// The factor nearest to 1 at which the verdict changes.
     fn factor(&self, max_looks: usize, wanted: &dyn Fn() -> bool) -> Result<Option<f64>, SweepError> {
-        let scan = Scan { farthest: FARTHEST, parts: PARTS, finest: FINEST, max_looks };
+        let scan = Scan { farthest: FARTHEST, parts: self.parts, finest: FINEST, max_looks };
         let mut look_at = |from: f64, to: f64| self.look_at(0.5 * (from + to));
         let first = Look { place: 0.0, verdict: self.at(0.0)? };
         match scan.first_turn(first, &mut look_at, wanted)? {

@@ -259,6 +259,74 @@ fn an_unstable_scene_has_no_margins() {
     assert!(!grasp.stable && grasp.notes[0].contains("contact"), "{grasp:?}");
 }
 
+/// Every cure makes every mode stable, a gain's limit lies where the verdict turns, and nearer values of it cure nothing.
+fn assert_cures(scene: &Scene, margins: &Margins) {
+    assert!(!margins.stable && !margins.cures.is_empty(), "{margins:?}");
+    for cure in &margins.cures {
+        assert_eq!(scene.number(&cure.key), Some(cure.value));
+        assert!(is_stable(&with(scene, &cure.key, cure.to)), "{cure:?}");
+        let Some(limit) = cure.limit else { continue };
+        let outward = (limit / cure.value - 1.0).signum();
+        assert!((cure.to / limit - 1.0) * outward > 5e-3, "safely inside: {cure:?}");
+        assert!(!is_stable(&with(scene, &cure.key, limit * (1.0 - outward * 1e-3))), "{cure:?}");
+        assert!(is_stable(&with(scene, &cure.key, limit * (1.0 + outward * 1e-3))), "{cure:?}");
+    }
+}
+
+#[test]
+fn an_unstable_scene_is_told_what_cures_it() {
+    let scene = edited(&table_6_1(Architecture::Distributed), |scene| {
+        scene.coupling.remote_hand_object = spring(5000.0, 2.0);
+        scene.link.delay_periods = 1;
+    });
+    let margins = of(&scene);
+    assert_cures(&scene, &margins);
+    let remote = margins.cures.iter().find(|cure| cure.key.starts_with("coupling.remote_hand_object.stiff"));
+    assert!(remote.is_some_and(|cure| cure.to < 5000.0), "{margins:?}");
+    let sizes = margins.cures.iter().filter(|cure| cure.limit.is_some());
+    let sizes: Vec<f64> = sizes.map(|cure| (cure.limit.unwrap() / cure.value).ln().abs()).collect();
+    assert!(sizes.is_sorted(), "{margins:?}");
+}
+
+#[test]
+fn a_grasp_with_longer_delays_is_cured_by_turning_its_copies_less_firmly() {
+    let grasp = with(&cotouch_scene::load("grasp", &[]).unwrap(), "link.delay_periods", 2.0);
+    let grasp = with(&grasp, "object.mass_kg", 0.3);
+    let margins = of(&grasp);
+    assert_cures(&grasp, &margins);
+    let key = "coupling.object_object_rotational.stiffness_n_m_per_rad";
+    let cure = margins.cures.iter().find(|cure| cure.key == key).unwrap();
+    assert!((cure.limit.unwrap() - 6.2).abs() < 0.01 && cure.to < 6.2, "{cure:?}");
+    assert!(margins.cures.iter().any(|cure| cure.key == "link.delay_periods" && cure.to == 1.0));
+}
+
+#[test]
+fn what_no_single_change_cures_is_said_plainly() {
+    // Two dampers below zero, each enough to make a hand or the object grow.
+    let scene = edited(&table_6_1(Architecture::Centralized), |scene| {
+        scene.object.damping_n_s_per_m = -200.0;
+        scene.coupling.hand_object = spring(9e5, 900.0);
+        scene.coupling.remote_hand_object = spring(9e5, 900.0);
+    });
+    let margins = of(&scene);
+    assert!(!margins.stable && margins.cures.is_empty(), "{margins:?}");
+    assert!(margins.notes.iter().any(|note| note.starts_with("No change of a single gain")), "{margins:?}");
+}
+
+#[test]
+fn loss_is_told_for_every_delay_that_is_allowed() {
+    let scene = &scenes()[1];
+    let margins = of(scene);
+    let rows = &margins.delay_and_loss;
+    let delays: Vec<u32> = rows.iter().map(|row| row.delay_periods).collect();
+    let last = margins.delay_periods.unwrap().floor() as u32;
+    assert_eq!(delays, (1..=last).collect::<Vec<u32>>());
+    for row in rows {
+        let later = with(scene, "link.delay_periods", f64::from(row.delay_periods));
+        assert_eq!(row.loss_rate, of(&later).loss_rate);
+    }
+}
+
 #[test]
 fn who_does_not_want_to_know_any_more_gets_no_margins() {
     let scene = cotouch_scene::load("single-axis", &[]).unwrap();

@@ -317,10 +317,14 @@ Example:
 A factor of 1.7 says: this gain alone may grow 1.7-fold before the worst contact mode turns unstable. The delay is the \
 largest one, in network periods, up to which the scene is stable, from its own delay upwards (beyond the next one it may \
 be stable again); its fraction counts ticks, as link.impairment.latency_s does with link.play_out=on-arrival. The \
-loss rate is the share of lost packets at which the mean square of the motion stops dying out.
+loss rate is the share of lost packets at which the mean square of the motion stops dying out; a table has it for longer \
+delays too. A rate is the one at which, from the scene's downwards, the verdict first turns, to a thousandth; rates are looked at \
+down to 1/64, each alone (the haptic rate no lower than the network rate) and both divided by the same factor. Of an \
+unstable scene it says which change of a single value makes it stable, the smallest first; each was analysed whole.
 
 Example:
-  cotouch analyze margin single-axis")]
+  cotouch analyze margin single-axis
+  cotouch analyze margin grasp --set link.delay_periods=2")]
     Margin {
         /// A built-in scene or a TOML file
         #[arg(default_value = DEFAULT_SCENE)]

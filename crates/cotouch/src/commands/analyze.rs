@@ -23,7 +23,9 @@ pub(super) fn stability(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
+    let progress = output.progress("analysing");
     let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
+    drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     let text = text(&title, &stability);
     if with_check {

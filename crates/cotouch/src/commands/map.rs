@@ -9,7 +9,6 @@ use super::prediction;
 use crate::failure::{Failure, Verdict};
 use crate::figure::map::map_picture;
 use crate::output::Output;
-use crate::progress::Progress;
 
 /// Characters of a map on a terminal.
 const COLUMNS: usize = 64;
@@ -30,7 +29,7 @@ pub(super) fn map(
     let ending = output.file.as_deref().and_then(|file| file.extension()).and_then(|ending| ending.to_str());
     // The picture of one key is the curve of its radius.
     let needs_radius = with_radius || (y.is_none() && ending == Some("svg"));
-    let progress = Progress::new("analysing");
+    let progress = output.progress("analysing");
     let mut map =
         stability_map(&scene, x, y, needs_radius, &|share| progress.show(share)).map_err(failure)?;
     drop(progress);

@@ -39,7 +39,7 @@ pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> 
     let stop = Stop::on_interrupt()?;
     let server = resolve(&probe.server)?;
     let mut prober = LinkProbe::connect(server)?;
-    let progress = Progress::new(&format!("probing {server}"));
+    let progress = output.progress(&format!("probing {server}"));
     let share = if probe.sweep { SWEEP_SHARE } else { 1.0 };
     let report =
         prober.measure(probe.rate, probe.duration_s, &stop, &mut |done| progress.show(share * done))?;

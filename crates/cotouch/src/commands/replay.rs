@@ -62,7 +62,7 @@ fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, 
         ));
     }
     tables.iter().for_each(|table| text.push_str(&format!("wrote {table}\n")));
-    let run = replayed.run.take().map(|run| with_predictions(file, run)).transpose()?;
+    let run = replayed.run.take().map(|run| with_predictions(file, run, output)).transpose()?;
     if let Some(run) = &run {
         let outcome = stretches::verdict(run).unwrap_or_else(|| report::outcome(run));
         text.push_str(&format!("the run was {outcome}\n"));
@@ -85,10 +85,10 @@ fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, 
 }
 
 /// Where settings were changed, with what the analysis says of each.
-fn with_predictions(file: &Path, mut run: Summary) -> anyhow::Result<Summary> {
+fn with_predictions(file: &Path, mut run: Summary, output: &Output) -> anyhow::Result<Summary> {
     if run.predictions.len() > 1 {
         let scene = recorded_scene(file)?;
-        settings::complete(&mut run, &scene, prediction::predicted_if_possible(&scene));
+        settings::complete(&mut run, &scene, prediction::predicted_if_possible(&scene), output);
     }
     Ok(run)
 }

@@ -9,7 +9,6 @@ use serde_json::Value as Json;
 use crate::experiments::{self, Claim, Experiment, Outcome};
 use crate::failure::{Failure, Verdict};
 use crate::output::{Output, write_file};
-use crate::progress::Progress;
 
 /// Where everything goes when nothing is said.
 const DEFAULT_FOLDER: &str = "reproduced";
@@ -44,7 +43,7 @@ struct Answer<'a> {
 pub(super) fn reproduce(ids: &[String], output: &Output) -> Result<Verdict, Failure> {
     let wanted = wanted(ids)?;
     let folder = output.file.clone().unwrap_or_else(|| DEFAULT_FOLDER.into());
-    let progress = Progress::new("reproducing");
+    let progress = output.progress("reproducing");
     let mut items = Vec::new();
     for (done, experiment) in wanted.iter().enumerate() {
         progress.show(done as f64 / wanted.len() as f64);

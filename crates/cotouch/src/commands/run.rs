@@ -28,14 +28,16 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         check_users(&scene, &run.host.devices)?;
         let predicted = predict(&scene, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
-        let summary = session::run_virtual(&scene, &plan, &stop)?;
+        let summary = session::run_virtual(&scene, &plan, &stop, output)?;
         return conclude(&scene, &scene, summary, predicted, output);
     }
     let scene = load_realisable(&run.scene, overrides)?;
     check_users(&scene, &run.host.devices)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), output)?;
+    let progress = output.progress("preparing");
     let live = session::start_local(&scene, &plan)?;
+    drop(progress);
     finish(live, Some(base(&run.scene, overrides)), predicted, &plan, &stop, output)
 }
 
@@ -144,7 +146,10 @@ fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure>
 /// Says what will run and what the analysis says about it.
 fn predict(scene: &Scene, output: &Output) -> Result<Option<Predicted>, Failure> {
     output.say(format_args!("{}: {}", scene.name, prediction::who_and_how(scene)));
-    let Some(stability) = prediction::analyze(scene)? else { return Ok(None) };
+    let progress = output.progress("predicting");
+    let stability = prediction::analyze(scene)?;
+    drop(progress);
+    let Some(stability) = stability else { return Ok(None) };
     output.say(format_args!("predicted: {}", prediction::verdict(&stability)));
     for warning in &stability.warnings {
         output.say(format_args!("note: {warning}"));
@@ -214,7 +219,7 @@ fn conclude(
     predicted: Option<Predicted>,
     output: &Output,
 ) -> Result<Verdict, Failure> {
-    settings::complete(&mut summary, began_with, predicted);
+    settings::complete(&mut summary, began_with, predicted, output);
     lateness::complete(&mut summary, scene);
     // Of the session that ran last, where there were several.
     if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {

@@ -8,15 +8,15 @@ use cotouch_scene::Scene;
 use cotouch_scene::time::LocalTime;
 
 use super::prediction;
-use crate::progress::Progress;
+use crate::output::Output;
 
 /// When this time is over, no further settings are predicted, s: the session is over, and somebody waits for its end.
 const LONGEST_S: f64 = 20.0;
 
 /// Says of every stretch of `summary` what differs from the scene `first` that the session began with, and what is predicted
 /// of it; `predicted` is what was said of `first`.
-pub(super) fn complete(summary: &mut Summary, first: &Scene, predicted: Option<Predicted>) {
-    let progress = Progress::new("predicting");
+pub(super) fn complete(summary: &mut Summary, first: &Scene, predicted: Option<Predicted>, output: &Output) {
+    let progress = output.progress("predicting");
     let earlier = summary.earlier.iter_mut().flat_map(|session| &mut session.predictions);
     let mut stretches: Vec<&mut SettingsSummary> = earlier.chain(&mut summary.predictions).collect();
     let mut known = Known { first, predicted, others: Vec::new(), began: clock::now(), left_out: 0 };

@@ -14,8 +14,8 @@ use crate::output::Output;
 /// Does what was asked for with a soft object.
 pub(super) fn soft(what: &Soft, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     match what {
-        Soft::Compliance { scene, at } => compliance(&Body::load(scene, overrides)?, at, output),
-        Soft::Deflect { scene, at } => deflect(Body::load(scene, overrides)?, at, output),
+        Soft::Compliance { scene, at } => compliance(scene, overrides, at, output),
+        Soft::Deflect { scene, at } => deflect(scene, overrides, at, output),
     }
 }
 
@@ -56,10 +56,13 @@ struct Compliance {
     compliance_m_per_n: Vec<Vec<f64>>,
 }
 
-fn compliance(body: &Body, at: &[DVec3], output: &Output) -> Result<Verdict, Failure> {
+fn compliance(name: &str, overrides: &[Override], at: &[DVec3], output: &Output) -> Result<Verdict, Failure> {
+    let progress = output.progress("computing the compliance");
+    let body = Body::load(name, overrides)?;
     let compliance = body.body.compliance(&body.points(at)?).ok_or_else(|| {
         Failure::usage("this simulation cannot tell its compliance; soft.model must be another one")
     })?;
+    drop(progress);
     let rows = compliance.row_iter().map(|row| row.iter().copied().collect()).collect();
     let answer = Compliance { points: at.iter().map(DVec3::to_array).collect(), compliance_m_per_n: rows };
     output.answer_as(&answer, &compliance_text(&answer))?;
@@ -97,9 +100,12 @@ struct Displacement {
     displacement_m: [f64; 3],
 }
 
-fn deflect(mut body: Body, at: &[DVec3], output: &Output) -> Result<Verdict, Failure> {
+fn deflect(name: &str, overrides: &[Override], at: &[DVec3], output: &Output) -> Result<Verdict, Failure> {
+    let progress = output.progress("computing the equilibrium");
+    let mut body = Body::load(name, overrides)?;
     let points = body.points(at)?;
     body.body.settle(&[])?;
+    drop(progress);
     let (rest, settled) = (body.body.rest_m(), &body.body.state().positions_m);
     let displacement = |(&at, point): (&DVec3, &MaterialPoint)| Displacement {
         at: at.to_array(),

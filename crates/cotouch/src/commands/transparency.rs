@@ -30,7 +30,9 @@ pub(super) fn damping(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
+    let progress = output.progress("analysing");
     let damping = added_damping(&scene, find_user(&scene, user)?)?;
+    drop(progress);
     output.answer_as(&damping, &damping_text(&scene, &damping))?;
     Ok(Verdict::Good)
 }
@@ -43,7 +45,9 @@ pub(super) fn admittance(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
+    let progress = output.progress("analysing");
     let admittance = cotouch_analysis::transparency::admittance(&scene, frequencies.values())?;
+    drop(progress);
     let text = admittance_text(&scene, &admittance);
     if output.file.as_deref().is_some_and(is_svg) {
         let figure = Bode::of(&admittance).figure(&title(&scene))?;
@@ -57,7 +61,9 @@ pub(super) fn admittance(
 /// Says what users feel at rest.
 pub(super) fn stiffness(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
+    let progress = output.progress("analysing");
     let stiffness = cotouch_analysis::transparency::equivalent_stiffness(&scene)?;
+    drop(progress);
     output.answer_as(&stiffness, &stiffness_text(&scene, &stiffness))?;
     Ok(Verdict::Good)
 }

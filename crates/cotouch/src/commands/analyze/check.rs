@@ -8,7 +8,6 @@ use serde::Serialize;
 
 use crate::commands::prediction;
 use crate::output::Output;
-use crate::progress::Progress;
 
 /// The verdict, and how other ways to the same maps agree with it.
 #[derive(Serialize)]
@@ -25,7 +24,7 @@ pub(super) fn answer(
     text: String,
     output: &Output,
 ) -> anyhow::Result<()> {
-    let progress = Progress::new("checking");
+    let progress = output.progress("checking");
     let check = cross_check(scene, stability, &|share| progress.show(share))?;
     drop(progress);
     let text = text + &in_words(&check, stability.modes.len());

@@ -16,7 +16,6 @@ use serde::Serialize;
 use self::open_loop::{ForceErrors, Forces};
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
-use crate::progress::Progress;
 
 /// The models, by the words of `local_model.kind`.
 const MODELS: &[&str] = LocalModelKind::WORDS;
@@ -57,8 +56,8 @@ pub(super) fn compare(
     overrides: &[Override],
     output: &Output,
 ) -> Result<Verdict, Failure> {
+    let progress = output.progress("comparing local models");
     let scenes = scenes(name, overrides)?;
-    let progress = Progress::new("comparing local models");
     let moduli = if has_young(&scenes[0]) { DOUBLINGS as usize } else { 0 };
     let works = 1 + MODELS.len() * (1 + moduli);
     let done = AtomicUsize::new(0);
