@@ -37,7 +37,7 @@ pub(crate) fn lift_with_faults(spec: &LoopSpec, layout: &Layout, faults: &[Fault
     let inputs = faults.iter().map(|fault| layout.registers[fault.register].numbers).sum();
     let mut run = Run { faults: faults.to_vec(), inputs, ..Run::default() };
     let whole = run.pattern(&program);
-    let short = DMatrix::from_row_slice(inputs, program.size + inputs, &run.short.data());
+    let short = DMatrix::from_row_slice(inputs, program.size + inputs, run.short.data());
     let parts = |of: &DMatrix<f64>| {
         (of.columns(0, program.size).into_owned(), of.columns(program.size, inputs).into_owned())
     };

@@ -286,7 +286,7 @@ impl Trajectory {
 
 fn is_boundless(strength: &Strength) -> bool {
     // What is not a number is beyond all bounds too.
-    !(strength.mean_square <= BOUNDLESS_N * BOUNDLESS_N)
+    strength.mean_square.is_nan() || strength.mean_square > BOUNDLESS_N * BOUNDLESS_N
 }
 
 /// How strong a force is that does not die out (N rms; none without bounds), and its frequency, from blocks of a second.
