@@ -50,7 +50,9 @@ fn still(scene: &mut Scene) {
 fn a_hand_that_is_taken_goes_where_the_pointer_says_and_then_does_as_its_script() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.mcap");
-    let scene = cotouch_scene::load("grasp", &[]).unwrap();
+    // A hand whose script does not repeat would keep what it holds.
+    let scene =
+        cotouch_scene::load("grasp", &[]).unwrap().edit(|scene| scene.users[0].repeat = true).unwrap();
     let options = RealTimeOptions { recording: Some(path.clone()), ..RealTimeOptions::default() };
     let live = LiveSession::fixed(run_local(&realisable(&scene).0, &options).unwrap());
     until("a picture", || finger(&live, ANNA));
