@@ -4,8 +4,9 @@ import type { Control, Settings } from "../protocol.ts";
 import { withUnit } from "./scale.ts";
 import { label, OBSERVED, verdictWord, type Observed } from "./words.ts";
 
-/** What shook before a change may take so long to die out, and settings that held for less are left out, s. */
-const SETTLING_S = 1;
+/** What shook before a change may take a second to die out, and what is said of a session is about the last second, s. */
+const SETTLING_S = 2;
+/** Settings that held for less, and under which nothing shook, are left out, s. */
 const SHORTEST_S = 1.5;
 const MOST = 30;
 
@@ -21,19 +22,27 @@ export interface Trial {
   held_s: number;
 }
 
+function shakes(seen: Observed): boolean {
+  return ORDER.indexOf(seen) > ORDER.indexOf("quiet");
+}
+
 /** Which trials there were; no drawing. */
 export class Trials {
   all: Trial[] = [];
   #first: Settings | null = null;
   #last_s: number | null = null;
+  #now: Observed = "unknown";
+  /** What was seen when the present settings came. */
+  #before: Observed = "unknown";
 
   /** The session runs with these settings. */
   run(settings: Settings): void {
     this.#first ??= settings;
     const last = this.all.at(-1);
     if (last && same(last.settings, settings)) return;
-    if (last && this.all.length > 1 && last.held_s < SHORTEST_S) this.all.pop();
+    if (last && this.all.length > 1 && last.held_s < SHORTEST_S && !shakes(last.seen)) this.all.pop();
     if (this.all.length >= MOST) this.all.splice(1, 1);
+    this.#before = this.#now;
     this.all.push({ settings: { ...settings }, predicted: undefined, seen: "unknown", held_s: 0 });
   }
 
@@ -47,9 +56,11 @@ export class Trials {
     const last = this.all.at(-1);
     const step_s = this.#last_s === null ? 0 : Math.max(0, time_s - this.#last_s);
     this.#last_s = time_s;
+    this.#now = seen;
     if (!last) return;
     last.held_s += Math.min(step_s, 1);
-    const settled = this.all.length === 1 || last.held_s >= SETTLING_S;
+    // What was quiet before shakes because of the present settings.
+    const settled = !shakes(this.#before) || last.held_s >= SETTLING_S;
     if (settled && ORDER.indexOf(seen) > ORDER.indexOf(last.seen)) last.seen = seen;
   }
 

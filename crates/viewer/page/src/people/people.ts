@@ -42,10 +42,14 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   const settle = () => { asked = null; show(); };
   store.on("seats", settle);
   store.on("refused", settle);
-  store.on("trouble", settle);
+  store.on("trouble", (trouble) => {
+    // Whose hand it was is no matter while nobody answers.
+    if (trouble !== null && store.taken === null) say(mine, "");
+    settle();
+  });
   store.on("taken", ({ user }) => {
     const nameOf = (whose: number | null) => store.seats.find((seat) => seat.user === whose)?.name ?? "a user";
-    const left = last === null ? "" : `You have let go of ${nameOf(last)}'s hand; it is yours again when you take it back.`;
+    const left = last === null || store.trouble !== null ? "" : `You have let go of ${nameOf(last)}'s hand; it is yours again when you take it back.`;
     say(mine, user === null ? left : `You move ${nameOf(user)}'s hand.`);
     last = user ?? last;
     settle();

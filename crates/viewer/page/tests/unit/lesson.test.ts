@@ -240,5 +240,15 @@ test("trials have what was predicted and the worst that was seen once it could s
   assert.deepEqual(trials.all.map(({ predicted, seen }) => [predicted, seen]), [[true, "quiet"], [false, "shaking"], [true, "quiet"]]);
   assert.deepEqual(trials.all.map((trial) => trials.differences(trial)), [[], [[K_OBJECTS, 3000]], []]);
   assert.deepEqual(trials.all.map(agrees), [true, true, true]);
+  // Settings under which it shakes at once are told, however soon they are taken back; what dies out afterwards is theirs.
+  set(4000);
+  trials.predict(false);
+  see(12.25, 13, "shaking");
+  set(300);
+  trials.predict(true);
+  see(13.25, 14.75, "shaking");
+  see(15, 18, "quiet");
+  assert.deepEqual(trials.all.slice(2).map(({ seen }) => seen), ["quiet", "shaking", "quiet"]);
+  assert.deepEqual(trials.all.map(agrees), [true, true, true, true, true]);
   assert.equal(agrees({ settings: {}, predicted: null, seen: "quiet", held_s: 9 }), null);
 });
