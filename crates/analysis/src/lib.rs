@@ -84,6 +84,7 @@ mod switching;
 mod symmetry;
 mod toppling;
 pub mod transparency;
+mod unmodelled;
 mod variants;
 mod verdict;
 mod warnings;

@@ -10,6 +10,7 @@ use crate::modes::{contact_modes, contact_points};
 use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
 use crate::switching::{self, Switched};
+use crate::unmodelled::unmodelled;
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
@@ -31,7 +32,8 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, _) = contact_modes(scene, &Bodies::default())?;
     let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
     let headline = analyze_loop(&settled.spec)?;
-    let Covered { modes: covered, spectral_radius, worst, left_out } = coverage::cover(scene)?;
+    let Covered { modes: covered, spectral_radius, worst, mut left_out } = coverage::cover(scene)?;
+    left_out.extend(unmodelled(scene));
     let each_is_stable = covered.iter().all(|mode| mode.stable);
     let switched = match each_is_stable {
         true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
@@ -63,7 +65,8 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 /// # Errors
 /// As [`analyze`].
 pub fn analyze_settled(scene: &Scene) -> Result<Stability, AnalysisError> {
-    let (modes, left_out) = contact_modes(scene, &Bodies::default())?;
+    let (modes, mut left_out) = contact_modes(scene, &Bodies::default())?;
+    left_out.extend(unmodelled(scene));
     // Before any is judged: that takes long where one is too large.
     modes.iter().try_for_each(|mode| check_size(&mode.spec))?;
     let verdicts = modes.par_iter().map(|mode| analyze_loop(&mode.spec)).collect::<Result<Vec<_>, _>>()?;

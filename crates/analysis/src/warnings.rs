@@ -1,8 +1,6 @@
 //! What a verdict does not cover, in plain sentences.
 
-use cotouch_scene::scene::{
-    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, Space, StiffnessFrom,
-};
+use cotouch_scene::scene::{LocalModelKind, PlayOut, Scene, Space};
 
 use crate::compile::ContactMode;
 use crate::left_out::LeftOut;
@@ -27,7 +25,6 @@ pub(crate) fn warnings(
     warnings.extend(left_out.iter().map(LeftOut::to_string));
     warn_of_contact(scene, &mut warnings);
     warn_of_soft_contact(scene, &mut warnings);
-    warn_of_device(scene, &mut warnings);
     if has_untied_copies(&settled.spec) {
         warnings.push(
             "No force ties the copies of an object to each other; each part of the session is judged by itself."
@@ -113,10 +110,6 @@ fn warn_of_soft_contact(scene: &Scene, warnings: &mut Vec<String>) {
                 .to_owned(),
         );
     }
-    if local.stiffness_from == StiffnessFrom::Estimate {
-        warnings
-            .push("K_o is estimated while the session runs; the analysis takes the body's own.".to_owned());
-    }
 }
 
 /// A finger whose contact would slide in the settled grasp.
@@ -133,52 +126,9 @@ fn slips(scene: &Scene) -> Option<String> {
     Some(format!("finger {} of {}", contact.finger + 1, scene.users[contact.user.index()].name))
 }
 
-/// What of devices is not linear.
-fn warn_of_device(scene: &Scene, warnings: &mut Vec<String>) {
-    let device = &scene.device;
-    if device.kind == DeviceKind::Point {
-        return;
-    }
-    if device.encoder_counts_per_turn > 0 {
-        warnings.push("Encoders count in steps; the analysis takes positions as exact.".to_owned());
-    }
-    if device.max_joint_torque_n_m > 0.0 {
-        warnings.push("Joint torques are limited; the analysis takes forces as rendered in full.".to_owned());
-    }
-}
-
+/// What of links is in the loops otherwise than the scene may say.
 fn warn_of_link(scene: &Scene, warnings: &mut Vec<String>) {
-    let used = || impairments(scene);
-    let worst = |value: fn(&Impairment) -> f64| used().map(value).fold(0.0, f64::max);
-    let (loss, jitter) = (worst(|link| link.loss_rate), worst(|link| link.jitter_s));
-    if loss > 0.0 {
-        warnings.push(format!(
-            "Up to {:.3} % of the packets are lost; the analysis assumes that every sample arrives.",
-            loss * 100.0
-        ));
-    }
-    if jitter > 0.0 {
-        warnings.push(format!(
-            "Transit times vary by {:.3} ms in the mean; the analysis takes the constant part of the latency.",
-            jitter * 1e3
-        ));
-    }
-    if worst(|link| link.rate_limit_bytes_per_s) > 0.0 {
-        warnings.push("The link limits its rate; the analysis has no queues.".to_owned());
-    }
     if scene.link.play_out == PlayOut::OnArrival && scene.link.delay_periods > 0 {
         warnings.push("Samples are used on arrival, so link.delay_periods has no effect.".to_owned());
     }
-}
-
-/// The impairments of all ways that samples take.
-fn impairments(scene: &Scene) -> impl Iterator<Item = &Impairment> {
-    let is_used = |from: usize, to: usize| match scene.session.architecture {
-        Architecture::Distributed => true,
-        Architecture::Centralized => from == 0 || to == 0,
-    };
-    scene.hosts().flat_map(move |from| {
-        let others = from.others(scene.session.users);
-        others.filter(move |to| is_used(from.index(), to.index())).map(move |to| scene.impairment(from, to))
-    })
 }

@@ -64,7 +64,7 @@ pub(super) fn place(shape: &Shape, from: DVec3, space: Space) -> Option<Place> {
 }
 
 /// No point of a shape is farther than this from its centre, m.
-pub(super) fn reach_m(shape: &Shape) -> f64 {
+pub(crate) fn reach_m(shape: &Shape) -> f64 {
     match shape.kind {
         ShapeKind::Point => 0.0,
         ShapeKind::Box => 0.5 * shape.size_m.length(),

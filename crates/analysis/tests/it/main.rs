@@ -16,5 +16,6 @@ mod seed_values;
 mod soft_transparency;
 mod toppling;
 mod transparency;
+mod unmodelled;
 mod written_out;
 mod written_out_grasp;
