@@ -1,6 +1,9 @@
-//! Parts of a loop between which no force acts: a body with all that touches it, a finger that touches nothing.
+//! Parts of a loop that do not act on each other to and fro: a body with all that touches it, a finger that feels nothing.
 //!
-//! The eigenvalues of a loop are those of its parts.
+//! The eigenvalues of a loop are those of its parts. Where one part acts on another and feels nothing of it (a finger that
+//! touches a remote copy alone, whose own host renders nothing), the map is block triangular, and its eigenvalues are those of
+//! the diagonal blocks (Horn & Johnson 2013, §0.9.4): what drives a part may stand still while that is judged. Were such a finger judged with what it
+//! pushes, its free motion would be a double pole at 1 that no direction alone explains, and rounding would split it.
 
 use crate::loop_spec::{
     AppliedForce, Block, BlockId, BodyId, Coupling, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
@@ -9,11 +12,55 @@ use crate::rigid::Ties;
 
 /// The parts of a loop, each a loop of its own; lines that nothing reads are left out.
 pub(crate) fn parts(spec: &LoopSpec) -> Vec<LoopSpec> {
+    if spec.blocks.is_empty() {
+        return mutual(spec).iter().map(|bodies| Part::new(spec, bodies, &[]).whole()).collect();
+    }
     let ties = Ties::parts(spec);
     ties.groups()
         .iter()
         .map(|bodies| Part::new(spec, bodies, &ties.blocks_beside(bodies[0])).whole())
         .collect()
+}
+
+/// Groups of bodies each of which acts, directly or through others, on all others of its group.
+fn mutual(spec: &LoopSpec) -> Vec<Vec<usize>> {
+    let bodies = spec.bodies.len();
+    let mut acts_on: Vec<Vec<bool>> =
+        (0..bodies).map(|on| (0..bodies).map(|from| on == from).collect()).collect();
+    for action in &spec.actions {
+        if let Some(coupling) = spec.coupling_of(action) {
+            note_what_is_read(spec, coupling, &mut acts_on[action.body.0]);
+        }
+    }
+    // Warshall 1962: through one more body each time.
+    for through in 0..bodies {
+        let acting = acts_on[through].clone();
+        for on in acts_on.iter_mut().filter(|on| on[through]) {
+            on.iter_mut().zip(&acting).for_each(|(acts, &too)| *acts |= too);
+        }
+    }
+    let of_body = |one: usize| {
+        (0..bodies).filter(|&other| acts_on[one][other] && acts_on[other][one]).collect::<Vec<_>>()
+    };
+    (0..bodies)
+        .map(of_body)
+        .enumerate()
+        .filter(|(body, group)| group[0] == *body)
+        .map(|(_, group)| group)
+        .collect()
+}
+
+/// Which bodies a coupling reads, directly or by forces that were sent.
+fn note_what_is_read(spec: &LoopSpec, coupling: &Coupling, read: &mut [bool]) {
+    for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
+        if let Some(body) = spec.body_of(term.motion) {
+            read[body.0] = true;
+        } else if let Motion::Held(line) = term.motion
+            && let Some(force) = spec.lines[line.0].signal.force()
+        {
+            note_what_is_read(spec, force, read);
+        }
+    }
 }
 
 /// A part that is being written down: the new place of each of the loop's bodies, blocks and lines.
@@ -64,7 +111,7 @@ impl<'a> Part<'a> {
         self.to
     }
 
-    /// A gain of 0 may read what belongs to another part.
+    /// What belongs to another part stands still.
     fn coupling(&mut self, coupling: &Coupling) -> Coupling {
         let mut own = Coupling::new(coupling.components);
         for term in &coupling.terms {
@@ -102,10 +149,45 @@ impl<'a> Part<'a> {
 
 #[cfg(test)]
 mod tests {
-    use cotouch_scene::scene::Architecture;
+    use cotouch_scene::scene::{Architecture, SpringDamper};
+    use cotouch_scene::time::Schedule;
 
     use super::*;
+    use crate::loop_spec::{Body, Dynamics, LINE, Plant};
     use crate::poles::analyze_loop;
+
+    /// A free mass that pulls another one by a spring and feels nothing of it: two poles at 1, which rounding splits where they are
+    /// not told apart.
+    #[test]
+    fn what_feels_nothing_of_what_it_drives_is_a_part_of_its_own() {
+        let rate = "1000".parse().unwrap();
+        let mut spec = LoopSpec::new(Schedule::new(rate, rate).unwrap());
+        let spring =
+            |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
+        let mut mass = |name: &str, kg: f64, to_ground: SpringDamper| {
+            let states = ["x", "v"].map(|quantity| format!("{name}.{quantity}").parse().unwrap()).to_vec();
+            let dynamics = Dynamics::Plant(Plant::mass(kg, to_ground));
+            spec.body(Body { states, axes: LINE, dynamics })
+        };
+        let drives = mass("host1.hand", 0.1, spring(0.0, 0.0));
+        let driven = mass("host2.hand", 0.4, spring(150.0, 6.0));
+        spec.pull(driven, Motion::Current(drives), spring(400.0, 2.0));
+        let found = parts(&spec);
+        let verdicts: Vec<_> = found.iter().map(|part| analyze_loop(part).unwrap()).collect();
+        assert_eq!(found.iter().map(|part| part.bodies.len()).collect::<Vec<_>>(), [1, 1]);
+        assert_eq!(verdicts[0].rigid_body_poles, 2);
+        assert!(verdicts[0].stable && verdicts[1].stable, "{verdicts:?}");
+        assert!((0.9..1.0).contains(&verdicts[1].spectral_radius), "{verdicts:?}");
+        // What is driven has the poles of the same spring to the ground.
+        let mut grounded = LoopSpec::new(spec.schedule);
+        let alone = grounded.body(spec.bodies[driven.0].clone());
+        grounded.pull(alone, Motion::Ground, spring(400.0, 2.0));
+        assert_eq!(analyze_loop(&grounded).unwrap().spectral_radius, verdicts[1].spectral_radius);
+        // The whole, through its sum of poles: those of the parts, and two at 1.
+        let whole = spec.lift().unwrap();
+        let of_parts: f64 = verdicts[1].eigenvalues.iter().map(|pole| pole.re).sum();
+        assert!((whole.matrix.trace() - 2.0 - of_parts).abs() < 1e-12);
+    }
 
     /// A part's eigenvalues are the whole's: none is lost, none is new.
     #[test]
