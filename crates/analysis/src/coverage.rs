@@ -11,6 +11,7 @@
 //! that is turned against its wall. What grows there grows only as long as that lasts, so that the scene is left open.
 
 mod contacts;
+mod distance;
 mod hands;
 mod left_out;
 mod loops;
@@ -33,6 +34,7 @@ use loops::{Candidate, Judged, Movers, all_parts, judge_candidate, loops, worst}
 use search::Search;
 use sets::{Costs, Sets, sets};
 
+pub(crate) use distance::JudgedSets;
 pub(crate) use left_out::of_soft_contact;
 
 /// What sets of contacts may cost, in cubes of states: some seconds on two cores.
@@ -56,6 +58,8 @@ pub(crate) struct Covered {
     pub(crate) worst: Worst,
     /// What was not analysed.
     pub(crate) left_out: Vec<LeftOut>,
+    /// All sets of contacts that were judged.
+    pub(crate) judged: JudgedSets,
 }
 
 /// Analyses all that can be touched.
@@ -111,7 +115,8 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let searched = lasting.iter().chain(&passing).chain(std::iter::once(&untouched));
     let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
     let worst = study.worst(&nearest.unwrap_or(&untouched).0);
-    Ok(Covered { modes, spectral_radius, worst, left_out })
+    let judged = study.judged_sets(&bodies, &found, &lasting);
+    Ok(Covered { modes, spectral_radius, worst, left_out, judged })
 }
 
 fn modes_worst(parts: &[(Movers, Judged)]) -> Judged {
@@ -185,6 +190,21 @@ impl Study<'_> {
             Ok(FoundSet { body: contacts.body, set, judged })
         };
         sets.into_par_iter().filter(|set| !set.is_empty()).map(judge).collect()
+    }
+
+    /// All sets, hands as scripts hold them, and what was searched from them for hands that are held otherwise.
+    fn judged_sets(
+        &self,
+        bodies: &[BodyContacts],
+        found: &[FoundSet],
+        lasting: &[(Candidate, Judged)],
+    ) -> JudgedSets {
+        let told = found.iter().map(|one| self.told(&bodies[one.body], &one.set));
+        let sets = std::iter::once(self.untouched()).chain(told);
+        let sets: Vec<_> = sets.chain(lasting.iter().map(|(candidate, _)| candidate.clone())).collect();
+        let all = |contacts: &BodyContacts| (0..contacts.all.len()).collect::<Set>();
+        let states = bodies.iter().map(|contacts| self.states(contacts, &all(contacts)));
+        JudgedSets::new(self.reach.clone(), sets, states.max().unwrap_or(1))
     }
 
     /// With what has no part in the contacts.

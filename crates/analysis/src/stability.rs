@@ -4,12 +4,12 @@ use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
 use crate::compile::{ContactMode, every_finger};
-use crate::coverage::{self, Covered};
+use crate::coverage::{self, Covered, JudgedSets};
 use crate::left_out::LeftOut;
 use crate::modes::{contact_modes, contact_points};
 use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
-use crate::switching::{self, Switched};
+use crate::switching::{self, Scaled, Switched, stiffer};
 use crate::unmodelled::unmodelled;
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
@@ -32,13 +32,16 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, _) = contact_modes(scene, &Bodies::default())?;
     let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
     let headline = analyze_loop(&settled.spec)?;
-    let Covered { modes: covered, spectral_radius, worst, mut left_out } = coverage::cover(scene)?;
+    let Covered { modes: covered, spectral_radius, worst, mut left_out, judged } = coverage::cover(scene)?;
     left_out.extend(unmodelled(scene));
     let each_is_stable = covered.iter().all(|mode| mode.stable);
-    let switched = match each_is_stable {
+    let mut switched = match each_is_stable {
         true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
         false => Switched::unsearched(Switching::Unproven),
     };
+    if whole_verdict(each_is_stable, switched.switching, &left_out) == Some(true) {
+        switched = with_every_set(scene, switched, &judged)?;
+    }
     let warnings = warnings(scene, &covered, (settled, &headline), &left_out, &switched);
     let Switched { switching, distance, found } = switched;
     Ok(Stability {
@@ -111,6 +114,16 @@ fn states(ContactMode { spec, .. }: &ContactMode) -> Result<usize, AnalysisError
 /// Modes are analysed one by one; between several of them nothing is known.
 fn unsearched(modes: &[ContactMode]) -> Switched {
     Switched::unsearched(if modes.len() > 1 { Switching::Unproven } else { Switching::None })
+}
+
+/// The same with a distance up to which every judged set of contacts is stable, and not only those in which each finger
+/// touches all copies.
+fn with_every_set(scene: &Scene, switched: Switched, judged: &JudgedSets) -> Result<Switched, AnalysisError> {
+    let Some(mut distance) = switched.distance else { return Ok(switched) };
+    for scaled in Scaled::EACH {
+        distance = judged.stable_up_to(&|factor| stiffer(scene, scaled, factor), distance)?;
+    }
+    Ok(switched.at(distance))
 }
 
 /// As in [`Stability::stable`].

@@ -31,6 +31,7 @@ use adversary::Adversary;
 use arrangement::arrangements;
 pub use distance::MAX_DISTANCE;
 use distance::{Modes, distance};
+pub(crate) use distance::{Scaled, stiffer};
 use worst_mode::{WorstMotion, worst_motion};
 
 /// The least distance to the line at which a search that finds nothing means something; `docs/VERDICTS.md` has the trial.
@@ -53,6 +54,12 @@ impl Switched {
     /// Nothing was searched.
     pub(crate) const fn unsearched(switching: Switching) -> Self {
         Self { switching, distance: None, found: None }
+    }
+
+    /// The same where more is known to turn unstable at this distance.
+    pub(crate) fn at(self, distance: f64) -> Self {
+        let switching = if distance < MIN_DISTANCE { Switching::Unproven } else { self.switching };
+        Self { switching, distance: Some(distance), ..self }
     }
 }
 

@@ -39,8 +39,9 @@ pub struct Stability {
     /// What is known about switching between the modes.
     pub switching: Switching,
     /// The largest common factor on the springs of all contacts, alone and together with their dampers, up to which every
-    /// mode that maps are about stays stable, at most 4: how far the scene is from the line. `None` where that was not asked,
-    /// and where there is nothing to switch.
+    /// mode stays stable, at most 4: how far the scene is from the line. Where the scene is otherwise stable, of every judged
+    /// mode; else, for that costs time, of those in which each finger touches all copies or none. `None` where that was not
+    /// asked, and where there is nothing to switch.
     pub switching_distance: Option<f64>,
     /// What an adversary that opens and closes contacts keeps moving.
     pub switching_found: Option<UnsettledMotion>,

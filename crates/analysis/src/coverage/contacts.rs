@@ -1,7 +1,7 @@
 //! The contacts that one body can have, and which of them can be closed at once.
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Architecture, Scene, Space};
+use cotouch_scene::scene::{Architecture, SceneValues, Space};
 use glam::{DQuat, DVec3};
 
 use crate::operating_point::{Arrangement, Copies, Reach, hosts_with_copies};
@@ -36,7 +36,7 @@ pub(super) struct BodyContacts {
 }
 
 impl BodyContacts {
-    pub(super) fn of(scene: &Scene, reach: &Reach, body: usize) -> Self {
+    pub(super) fn of(scene: &SceneValues, reach: &Reach, body: usize) -> Self {
         let fixed = reach.bodies[body].fixed;
         let centralized = scene.session.architecture == Architecture::Centralized;
         let mut all = Vec::new();
@@ -72,7 +72,7 @@ impl BodyContacts {
     /// Whether a body can have these contacts at once: walls that face each other only where there is no room between
     /// them, no more walls than there are directions, and of what does not move one finger at a time, for nothing
     /// joins them.
-    pub(super) fn can_be(&self, scene: &Scene, reach: &Reach, set: &[usize]) -> bool {
+    pub(super) fn can_be(&self, scene: &SceneValues, reach: &Reach, set: &[usize]) -> bool {
         let walls: Vec<usize> = self
             .touching(set)
             .into_iter()
@@ -101,7 +101,7 @@ impl BodyContacts {
     }
 
     /// Where a session has these contacts.
-    pub(super) fn arrangement(&self, scene: &Scene, reach: &Reach, set: &[usize]) -> Arrangement {
+    pub(super) fn arrangement(&self, scene: &SceneValues, reach: &Reach, set: &[usize]) -> Arrangement {
         let copies = |with: With| {
             let closed = set.iter().map(|&contact| self.all[contact]).filter(|contact| contact.with == with);
             closed.fold(Copies(0), |copies, contact| copies.with(contact.copy))
@@ -127,12 +127,12 @@ impl BodyContacts {
 }
 
 /// Every copy that there is.
-pub(super) fn all_copies(scene: &Scene) -> Copies {
+pub(super) fn all_copies(scene: &SceneValues) -> Copies {
     hosts_with_copies(scene).fold(Copies(0), Copies::with)
 }
 
 /// What a mode's contacts are called.
-pub(super) fn names(scene: &Scene, reach: &Reach, arrangement: &Arrangement) -> Vec<String> {
+pub(super) fn names(scene: &SceneValues, reach: &Reach, arrangement: &Arrangement) -> Vec<String> {
     let several =
         reach.bodies.iter().filter(|body| crate::operating_point::has_surface(&body.shape)).count() > 1;
     let fingers = arrangement.grips.iter().map(|(grip, copies)| {
@@ -153,7 +153,7 @@ pub(super) fn names(scene: &Scene, reach: &Reach, arrangement: &Arrangement) -> 
 }
 
 /// Whose copies, where it is not all of them.
-fn copies_in_words(scene: &Scene, copies: Copies) -> String {
+fn copies_in_words(scene: &SceneValues, copies: Copies) -> String {
     if copies == all_copies(scene) {
         return String::new();
     }

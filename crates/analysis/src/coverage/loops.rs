@@ -1,7 +1,7 @@
 //! The loop of a body and what touches it, and what is said of it.
 
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
-use cotouch_scene::scene::Scene;
+use cotouch_scene::scene::SceneValues;
 use nalgebra::Complex;
 
 use super::hands::{Hand, held};
@@ -89,7 +89,7 @@ impl Movers {
 }
 
 /// The parts of the loop that a candidate's contacts are in.
-pub(super) fn loops(scene: &Scene, reach: &Reach, candidate: &Candidate) -> Vec<LoopSpec> {
+pub(super) fn loops(scene: &SceneValues, reach: &Reach, candidate: &Candidate) -> Vec<LoopSpec> {
     let Candidate { arrangement, hands } = candidate;
     let point = reach.point(scene, arrangement);
     let spec = if hands.iter().all(|hand| *hand == Hand::Told) {
@@ -104,7 +104,7 @@ pub(super) fn loops(scene: &Scene, reach: &Reach, candidate: &Candidate) -> Vec<
 
 /// All parts of a loop in which nothing but `candidate`'s contacts is closed, each with who moves in it.
 pub(super) fn all_parts(
-    scene: &Scene,
+    scene: &SceneValues,
     reach: &Reach,
     candidate: &Candidate,
 ) -> Result<Vec<(Movers, Judged)>, AnalysisError> {
@@ -114,7 +114,7 @@ pub(super) fn all_parts(
 }
 
 pub(super) fn judge_candidate(
-    scene: &Scene,
+    scene: &SceneValues,
     reach: &Reach,
     candidate: &Candidate,
     with_axis: bool,

@@ -4,7 +4,7 @@
 //! One thing is changed at a time, each to what brings the loop nearest to swinging ever more, as long as that brings it
 //! nearer.
 
-use cotouch_scene::scene::{Scene, Space};
+use cotouch_scene::scene::{SceneValues, Space};
 use glam::{DQuat, DVec3};
 use rayon::prelude::*;
 
@@ -23,7 +23,7 @@ const TURNS: i32 = 8;
 
 /// What is searched, and how much of it at most.
 pub(super) struct Search<'a> {
-    pub(super) scene: &'a Scene,
+    pub(super) scene: &'a SceneValues,
     pub(super) reach: &'a Reach,
     /// Candidates that may still be analysed.
     pub(super) left: usize,

@@ -21,9 +21,16 @@ pub(super) type Modes<'a> = &'a (dyn Fn(&SceneValues) -> Vec<ContactMode> + Sync
 
 /// What a common factor is on: of contacts, for the couplings of copies never switch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Scaled {
+pub(crate) enum Scaled {
+    /// Springs alone.
     Springs,
+    /// Springs and dampers alike.
     SpringsAndDampers,
+}
+
+impl Scaled {
+    /// Both.
+    pub(crate) const EACH: [Self; 2] = [Self::Springs, Self::SpringsAndDampers];
 }
 
 /// The largest common factor on the springs of all contacts, at most [`MAX_DISTANCE`], up to which every contact mode stays
@@ -117,7 +124,7 @@ fn worst(radii: &[(usize, f64)]) -> Vec<usize> {
 }
 
 /// The scene with the gains of all contacts times a factor; the couplings of copies stay.
-pub(super) fn stiffer(scene: &SceneValues, scaled: Scaled, factor: f64) -> SceneValues {
+pub(crate) fn stiffer(scene: &SceneValues, scaled: Scaled, factor: f64) -> SceneValues {
     let mut stiffer = scene.clone();
     let damper = if scaled == Scaled::Springs { 1.0 } else { factor };
     let of = |spring: &mut SpringDamper| {

@@ -1,6 +1,7 @@
 //! What `cotouch-analysis` promises from outside, in one program.
 
 mod diagrams;
+mod distance;
 mod grasp;
 mod hand_on_local_model;
 mod local_models;
