@@ -18,7 +18,7 @@ const SHORTEST_S: f64 = EXCITED_UNTIL_S + 2.5;
 const LONG_S: f64 = 40.0;
 /// From a force that is nothing to one that shakes.
 const GROWTH: f64 = 1e3;
-/// A verdict is looked at so often, s.
+/// Over so long at the end it is looked at whether something shakes and how fast fingers are, s.
 const LOOK_S: f64 = 0.25;
 
 /// What came of one seed.
@@ -75,13 +75,10 @@ impl fmt::Display for Moved {
 }
 
 impl Moved {
-    /// Whether it still shakes at the end of a long run.
+    /// Whether it still shakes or diverges at the end of a long run.
     fn lasts(&self) -> bool {
-        match self.how {
-            Ending::Settled | Ending::Shook => false,
-            Ending::Shaking => matches!(ending(&self.scene, LONG_S), Ending::Shaking | Ending::Diverging),
-            Ending::Diverging => true,
-        }
+        let moves = |how: Ending| matches!(how, Ending::Shaking | Ending::Diverging);
+        moves(self.how) && moves(ending(&self.scene, LONG_S))
     }
 
     /// Whether it is what the observer calls shaking or diverging and not the hands' own rhythm.
@@ -147,23 +144,21 @@ fn worst_pole_hz(drawn: &Drawn) -> Option<f64> {
 fn ending(scene: &Scene, seconds: f64) -> Ending {
     let device = |host| (SimulatedUser::new(scene, host).expect("hands"), None);
     let mut session = VirtualSession::with_devices(scene, device).expect("a soft body that can be simulated");
-    let control = scene.rates.control_hz;
-    let (mut at_s, mut before) = (0.0, Vec::new());
-    while at_s < seconds {
-        before = places(&session);
-        at_s += LOOK_S;
-        assert!(session.run_to_tick(control.ticks_in(at_s), |_, _| {}), "not joined");
-        if observers(&session).any(|observer| observer.verdict() == RunVerdict::Diverging) {
-            return Ending::Diverging;
-        }
+    let [look, end] = [seconds - LOOK_S, seconds].map(|at_s| scene.rates.control_hz.ticks_in(at_s));
+    assert!(session.run_to_tick(look, |_, _| {}), "the hosts did not join");
+    let before = places(&session);
+    session.run_to_tick(end, |_, _| {});
+    // Not before the end: growth that levels off is no divergence.
+    if observers(&session).any(|observer| observer.verdict() == RunVerdict::Diverging) {
+        return Ending::Diverging;
     }
     let moved = before.iter().zip(places(&session)).map(|(before, now)| before.distance(now));
     let ripple_n = ripple_n(scene, moved.fold(0.0, f64::max) / LOOK_S);
     let shook = || observers(&session).flat_map(Observer::shaking).filter(|shaking| shaking.rms_n > ripple_n);
-    match control.ticks_in(at_s - LOOK_S) {
-        look if shook().any(|shaking| shaking.to >= look) => Ending::Shaking,
-        _ if shook().next().is_some() => Ending::Shook,
-        _ => Ending::Settled,
+    match shook().next() {
+        None => Ending::Settled,
+        Some(_) if shook().any(|shaking| shaking.to >= look) => Ending::Shaking,
+        Some(_) => Ending::Shook,
     }
 }
 
