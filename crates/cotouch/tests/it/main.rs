@@ -6,6 +6,7 @@ mod analysis_commands;
 mod command_line;
 mod grasps;
 mod growth;
+mod outages;
 mod probe;
 mod program;
 mod scenes;
