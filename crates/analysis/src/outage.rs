@@ -14,7 +14,7 @@
 //! energy    max over K of Σ_i Σ_{k<K} F_i(k)·(x_i(k+1) − x_i(k))     of the pushes of the peak, from the end of the outage on
 //! ```
 //!
-//! Contacts stay as they are in the settled grasp, and only what pushes add to its forces is told. The governor's largest force cuts what
+//! Contacts stay as they are in the settled grasp (those of a host that was taken for gone begin anew in a session), and only what pushes add to its forces is told. The governor's largest force cuts what
 //! is told here; from which push on, [`Outage::limited_from_n`] says.
 
 mod found;
@@ -30,6 +30,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use cotouch_scene::Scene;
 use cotouch_scene::limits::MAX_RETRY_S;
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::ShapeKind;
 use rayon::prelude::*;
 
 use crate::loop_spec::LoopSpec;
@@ -211,6 +212,10 @@ impl<'a> SessionOutages<'a> {
         })
     }
 
+    fn touches_surfaces(&self) -> bool {
+        self.scene.world_bodies().iter().any(|body| body.shape.kind != ShapeKind::Point)
+    }
+
     fn notes(&self, durations_s: &[f64]) -> Vec<String> {
         let session = &self.scene.session;
         let longest = durations_s.iter().copied().fold(0.0, f64::max);
@@ -227,6 +232,13 @@ impl<'a> SessionOutages<'a> {
                  (session.peer_fade_s), and in again as slowly from at most {MAX_RETRY_S} s after the outage on.",
                 session.peer_timeout_s, session.peer_fade_s
             ));
+        }
+        if lets_go && self.session.fades && self.touches_surfaces() {
+            notes.push(
+                "Fingers of a host that was taken for gone touch anew when it is back; here their contacts are taken to go on, with whatever \
+                 stretch they have along the surface, so that longer outages are told as harder than they are."
+                    .to_owned(),
+            );
         }
         if lets_go && !self.session.fades {
             notes.push(format!(

@@ -128,8 +128,10 @@ impl Timeline {
         *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone };
         let Some(gone) = gone else { return };
         if silent != Silent::Everybody {
-            // Who takes a host for gone sends it nothing; its pings still tell that it is there.
-            self.way_mut(from, to).lost = Some((gone.from, gone.heard));
+            // Who takes a host for gone sends it nothing; its pings still tell that it is there. What comes at the very instant of a
+            // sample is heard after that was taken.
+            let is_at_once = notice.latency_s(to, from) == 0.0;
+            self.way_mut(from, to).lost = Some((gone.from, gone.heard + i64::from(is_at_once)));
         }
         self.lets_go = Some(self.lets_go.map_or(gone.from, |first| first.min(gone.from)));
         let soft_start = (gone.from + self.release_ticks.max(1)).max(gone.heard) + self.soft_start_ticks;

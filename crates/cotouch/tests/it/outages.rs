@@ -166,7 +166,7 @@ impl Made<'_> {
 }
 
 /// What is predicted and what is measured: the worst over outages that begin at different times.
-fn compare(scene: &Scene, begins_s: f64, durations_s: &[f64], tolerance_of_apart: Option<f64>) {
+fn compare(scene: &Scene, begins_s: f64, durations_s: &[f64], copies_move_apart: bool) {
     let predicted = outages(scene, durations_s, &|_| true).unwrap().rows;
     assert!(!predicted.is_empty());
     for outage in &predicted {
@@ -174,7 +174,7 @@ fn compare(scene: &Scene, begins_s: f64, durations_s: &[f64], tolerance_of_apart
         let let_go = outage.lets_go_after_s.is_some() && outage.direction == OutageDirection::Both;
         // Pings are 125 ms, or 16 network steps, apart.
         let phases = if let_go { 4 } else { 1 };
-        let of_phase = |phase| Made { scene, outage, first_step: first_step + 4 * phase }.measured();
+        let of_phase = |phase: u64| Made { scene, outage, first_step: first_step + 4 * phase }.measured();
         let measured: Vec<_> = (0..phases).map(of_phase).collect();
         let force = measured.iter().map(|(force, _)| *force).fold(0.0, f64::max);
         let apart = measured.iter().map(|(_, apart)| *apart).fold(0.0, f64::max);
@@ -188,12 +188,10 @@ fn compare(scene: &Scene, begins_s: f64, durations_s: &[f64], tolerance_of_apart
             (force / outage.peak_force_n_per_n - 1.0).abs() <= tolerance,
             "{label}: {measured:?} {outage:?}"
         );
-        if let Some(tolerance_of_apart) = tolerance_of_apart {
-            let tolerance = tolerance.max(tolerance_of_apart);
-            assert!(
-                (apart / outage.excursion_m_per_n - 1.0).abs() <= tolerance,
-                "{label}: {measured:?} {outage:?}"
-            );
+        // One way, pushes that take copies farthest apart are not those of the largest force.
+        if copies_move_apart && outage.direction == OutageDirection::Both {
+            let error = (apart / outage.excursion_m_per_n - 1.0).abs();
+            assert!(error <= tolerance, "{label}: {measured:?} {outage:?}");
         }
     }
 }
@@ -210,20 +208,20 @@ fn relaxed(name: &str, settings: &[&str]) -> Scene {
 #[test]
 fn hands_on_an_object_on_a_line() {
     let scene = relaxed("single-axis", &[]);
-    compare(&scene, 2.0, &[0.0078125, 0.05, 0.2, 0.6, 3.0], Some(LINEAR));
+    compare(&scene, 2.0, &[0.0078125, 0.05, 0.2, 0.6, 3.0], true);
 }
 
 #[test]
 fn three_hands_and_the_average_of_their_copies() {
     let scene =
         relaxed("single-axis", &["session.users=3", "session.coordination=average", "link.delay_periods=0"]);
-    compare(&scene, 2.0, &[0.05, 0.6], None);
+    compare(&scene, 2.0, &[0.05, 0.6], false);
 }
 
 #[test]
 fn hands_on_an_object_that_a_server_keeps() {
     let scene = relaxed("single-axis-centralized", &[]);
-    compare(&scene, 2.0, &[0.0078125, 0.05, 0.2, 0.6, 3.0], None);
+    compare(&scene, 2.0, &[0.0078125, 0.05, 0.2, 0.6, 3.0], false);
 }
 
 /// A script that begins as a scene's does and then stays.
@@ -240,7 +238,7 @@ fn stay_after(script: &mut Vec<Action>, actions: usize) {
 fn two_users_who_hold_a_box() {
     let smooth = ["ground.friction_coefficient=0", "ground.rotational_friction_coefficient=0"];
     let scene = edited(&built_in("grasp", &smooth), |scene| staying(scene, 2));
-    compare(&scene, 7.0, &[0.05, 0.2, 0.6], None);
+    compare(&scene, 7.0, &[0.05, 0.2], false);
 }
 
 #[test]
@@ -248,7 +246,7 @@ fn one_user_who_holds_a_box_that_another_hosts_too() {
     let scene = edited(&built_in("sinusoid", &[]), |scene| {
         scene.users[0].fingers[0].script = vec![Action::Hold { duration_s: 1000.0 }];
     });
-    compare(&scene, 6.0, &[0.05, 0.2], None);
+    compare(&scene, 6.0, &[0.05, 0.2], false);
 }
 
 #[test]
@@ -257,5 +255,5 @@ fn two_users_at_a_soft_block() {
         staying(scene, 2);
         scene.users[0].fingers.iter_mut().for_each(|finger| stay_after(&mut finger.script, 2));
     });
-    compare(&scene, 7.0, &[0.05, 0.2], None);
+    compare(&scene, 7.0, &[0.05, 0.2], false);
 }
