@@ -18,12 +18,13 @@ use cotouch_matrix::{EigenvalueError, balance, of_balanced};
 /// Beyond this, in SI units, sums of squares would overflow.
 const LARGEST_GROWTH: f64 = 1e120;
 
-/// States squared times ticks of a pattern: some seconds of work.
+/// Numbers in a state: some ten seconds of work for eigenvalues.
+const MAX_STATES: usize = 2000;
+
+/// States squared times ticks of a pattern: some seconds of stepping.
 const MAX_WORK: f64 = 1e9;
 
-/// Of a loop with blocks: numbers in a state, some ten seconds of work for eigenvalues; and ticks of a pattern times these,
-/// some ten seconds of stepping.
-const MAX_BLOCK_STATES: usize = 2000;
+/// Of a loop with blocks, states times ticks: some ten seconds of stepping.
 const MAX_BLOCK_WORK: f64 = 1e8;
 
 /// Analyses one linear loop.
@@ -49,13 +50,13 @@ pub(crate) fn check_size(spec: &LoopSpec) -> Result<(), AnalysisError> {
     let (states, ticks) = (layout.coordinates.len(), spec.ticks_per_pattern());
     let (size, pattern) = (states as f64, ticks as f64);
     if spec.blocks.is_empty() {
-        return if size * size * pattern > MAX_WORK {
+        return if states > MAX_STATES || size * size * pattern > MAX_WORK {
             Err(AnalysisError::TooLarge { states, ticks })
         } else {
             Ok(())
         };
     }
-    if states > MAX_BLOCK_STATES || size * pattern > MAX_BLOCK_WORK {
+    if states > MAX_STATES || size * pattern > MAX_BLOCK_WORK {
         return Err(SoftAnalysisError::TooLarge { states, ticks }.into());
     }
     Ok(())

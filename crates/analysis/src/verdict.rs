@@ -188,7 +188,7 @@ pub enum AnalysisError {
     Spec(#[from] SpecError),
     /// Too much to compute.
     #[error(
-        "the loop has {states} states and a pattern of {ticks} ticks; at most 1e9 state·state·ticks are analysed: choose rates whose ratio is simpler, fewer users or a shorter delay"
+        "the loop has {states} states and a pattern of {ticks} ticks; at most 2000 states, and 1e9 state·state·ticks, are analysed: choose rates whose ratio is simpler, fewer users or a shorter delay"
     )]
     TooLarge {
         /// n.

@@ -1,6 +1,7 @@
-// Bundles the tests and runs them with Node's own runner. `node tests/run.mjs unit|browser|bench [NAME…]`
+// Bundles the tests and runs them with Node's own runner. `node tests/run.mjs unit|browser|program|bench [NAME…]`
 //
-// unit: plain functions. browser: in a real headless Chromium. bench: what a page costs, with the real program.
+// unit: plain functions. browser: in a real headless Chromium, with a made-up server. program: there, with the real program.
+// bench: what a page costs, with the real program.
 import { build } from "esbuild";
 import { mkdtemp, readdir, rm } from "node:fs/promises";
 import { spawnSync } from "node:child_process";
@@ -28,16 +29,13 @@ try {
     logLevel: "warning",
   });
   const run = (files, workers) => {
-    if (files.length === 0) return;
     const bundled = files.map((file) => join(folder, file.replace(/\.ts$/, ".mjs")));
     const flags = ["--enable-source-maps", "--test", `--test-concurrency=${workers}`];
     const result = spawnSync(process.execPath, [...flags, ...bundled], { stdio: "inherit", cwd: join(here, "..") });
     process.exitCode ||= result.status ?? 1;
   };
   // A made-up server and the page's own clock do not mind company; real-time sessions and what is measured do.
-  const isAlone = (file) => kind === "bench" || file === "program.test.ts";
-  run(chosen.filter((file) => !isAlone(file)), 2);
-  run(chosen.filter(isAlone), 1);
+  run(chosen, kind === "program" || kind === "bench" ? 1 : 2);
 } finally {
   await rm(folder, { recursive: true, force: true });
 }

@@ -1,7 +1,7 @@
 // What a page costs. `COTOUCH=../../../target/release/cotouch npm run bench`; prints figures, asserts none of them.
 import { readFile, readdir } from "node:fs/promises";
 import { test } from "node:test";
-import { launch, startProgram } from "../browser/harness.ts";
+import { launch, startProgram } from "../harness.ts";
 
 const SECONDS = 10;
 /** Of the kernel's clock, in which it counts processor time. */

@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, SeatsMessage, Vector } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { draw, launch, openPage, openTools, pass, passUntil, type FakeServer } from "./harness.ts";
+import { draw, launch, openPage, openTools, pass, passUntil, type FakeServer } from "../harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });

@@ -6,7 +6,7 @@ import type { PageMessage } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { LINE, picture } from "../examples.ts";
 import { answers, CONTROLS, K_OBJECTS, K_REMOTE, lesson, radiusAt, SETTINGS } from "../lesson_example.ts";
-import { launch, openPage, pass, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, type FakeServer } from "../harness.ts";
 
 const SLIDER = "#control-coupling-object-object-stiffness-n-per-m";
 const RADIUS = "#lesson .radius";

@@ -5,7 +5,7 @@ import type { Browser } from "playwright-core";
 import { encodePicture } from "../encode.ts";
 import { LINE, picture } from "../examples.ts";
 import { answers, lesson, SETTINGS } from "../lesson_example.ts";
-import { launch, openPage, pass, passUntil, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, passUntil, type FakeServer } from "../harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });

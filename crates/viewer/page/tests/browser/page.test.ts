@@ -1,7 +1,7 @@
 import { test } from "node:test";
 import assert from "node:assert/strict";
 import { GRASP, picture, session } from "../examples.ts";
-import { draw, launch, openPage } from "./harness.ts";
+import { draw, launch, openPage } from "../harness.ts";
 
 test("the page starts without an error", async () => {
   const browser = await launch();

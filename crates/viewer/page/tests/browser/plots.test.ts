@@ -5,7 +5,7 @@ import type { Browser, Download, Locator, Page } from "playwright-core";
 import { about as near, eventually } from "./eventually.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { launch, openPage, pass, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, type FakeServer } from "../harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });

@@ -4,7 +4,7 @@ import type { Browser, Page } from "playwright-core";
 import { about, eventually } from "./eventually.ts";
 import { GRASP, LINE } from "../examples.ts";
 import { recording, replaySession, stretch, type Recording } from "../recordings.ts";
-import { launch, openPage, pass, type Answer, type FakeServer } from "./harness.ts";
+import { launch, openPage, pass, type Answer, type FakeServer } from "../harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });

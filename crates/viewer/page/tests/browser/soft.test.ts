@@ -4,7 +4,7 @@ import type { Browser } from "playwright-core";
 import { session } from "../examples.ts";
 import { answers, SOFT_CONTROLS } from "../lesson_example.ts";
 import { press, SOFT } from "../soft_example.ts";
-import { draw, launch, openPage, openTools, pass, type FakeServer } from "./harness.ts";
+import { draw, launch, openPage, openTools, pass, type FakeServer } from "../harness.ts";
 import { findColours } from "./pixels.ts";
 
 const BLUE: [number, number, number] = [0, 0, 255];

@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, BodyInfo } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { draw, drawnSoFar, launch, openPage, openTools, pass, type FakeServer } from "./harness.ts";
+import { draw, drawnSoFar, launch, openPage, openTools, pass, type FakeServer } from "../harness.ts";
 import { findColours } from "./pixels.ts";
 
 /** The legend has the users' colours too. */

@@ -5,9 +5,9 @@ import { mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { chromium, type Browser, type Page, type WebSocketRoute } from "playwright-core";
-import type { Picture } from "../../src/picture.ts";
-import type { PageMessage, ServerMessage } from "../../src/protocol.ts";
-import { encodePicture } from "../encode.ts";
+import type { Picture } from "../src/picture.ts";
+import type { PageMessage, ServerMessage } from "../src/protocol.ts";
+import { encodePicture } from "./encode.ts";
 
 /** Where the browser is; Debian's place unless CHROMIUM says otherwise. */
 const CHROMIUM = process.env["CHROMIUM"] ?? "/usr/bin/chromium";
