@@ -236,7 +236,7 @@ impl<'a> SessionOutages<'a> {
         if lets_go && self.session.fades && self.touches_surfaces() {
             notes.push(
                 "Fingers of a host that was taken for gone touch anew when it is back; here their contacts are taken to go on, with whatever \
-                 stretch they have along the surface, so that longer outages are told as harder than they are."
+                 stretch they have along the surface: longer outages are told less exactly, of `grasp` as harder than they are."
                     .to_owned(),
             );
         }
