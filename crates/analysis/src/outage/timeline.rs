@@ -8,7 +8,7 @@
 
 use cotouch_scene::limits::MAX_RETRY_S;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::SceneValues;
+use cotouch_scene::scene::{Architecture, SceneValues};
 use cotouch_scene::time::Schedule;
 
 use crate::compile::delay;
@@ -128,10 +128,9 @@ impl Timeline {
         *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone };
         let Some(gone) = gone else { return };
         if silent != Silent::Everybody {
-            // Who takes a host for gone sends it nothing; its pings still tell that it is there. What comes at the very instant of a
-            // sample is heard after that was taken.
-            let is_at_once = notice.latency_s(to, from) == 0.0;
-            self.way_mut(from, to).lost = Some((gone.from, gone.heard + i64::from(is_at_once)));
+            // Who takes a host for gone sends it nothing; its pings still tell that it is there.
+            let until = gone.heard + i64::from(!notice.answers_at_once(to, from));
+            self.way_mut(from, to).lost = Some((gone.from, until));
         }
         self.lets_go = Some(self.lets_go.map_or(gone.from, |first| first.min(gone.from)));
         let soft_start = (gone.from + self.release_ticks.max(1)).max(gone.heard) + self.soft_start_ticks;
@@ -206,6 +205,14 @@ impl Notice<'_> {
 
     fn latency_s(&self, to: HostIndex, from: HostIndex) -> f64 {
         self.scene.impairment(from, to).latency_s
+    }
+
+    /// Whether `to` hears `from` before it sends at the same instant: what comes at the very instant of a sample is heard after that
+    /// was taken, but a server answers later.
+    fn answers_at_once(&self, to: HostIndex, from: HostIndex) -> bool {
+        let is_server =
+            self.scene.session.architecture == Architecture::Centralized && to == HostIndex::FIRST;
+        is_server || self.latency_s(to, from) > 0.0
     }
 
     /// When `to` takes `from` for gone, if it does, and hears it again at the latest.
