@@ -431,6 +431,7 @@ mod tests {
             reorder_rate: 0.1,
             duplicate_rate: 0.1,
             rate_limit_bytes_per_s: 1e6,
+            ..Impairment::NONE
         };
         let mut first = link(impairment.clone(), 9);
         for k in 0..100 {
