@@ -5,7 +5,7 @@ use cotouch_scene::scene::{
     Action, Architecture, Coordination, Coupling, Finger, Impairment, Integrator, LocalModelKind, PlayOut,
     RotationalSpringDamper, Scene, SceneValues, ShapeKind, Space, SpringDamper, User, WallSides, Way,
 };
-use cotouch_scene::{Override, load};
+use cotouch_scene::{Override, load, parse};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -118,6 +118,90 @@ pub fn grasp(architecture: Architecture) -> Scene {
             user.script = vec![grasp_action(2.0)];
         }
     })
+}
+
+/// A box on a line between two hands that push at it with 1 N; every host has a copy of its own.
+pub struct BoxOnALine {
+    /// In a network period.
+    pub ticks: u32,
+    /// n.
+    pub delay_periods: u32,
+    /// m_h.
+    pub hand_kg: f64,
+    /// m_o.
+    pub object_kg: f64,
+    /// b_h, N·s/m.
+    pub hand_damping: f64,
+    /// Springs (N/m) and dampers (N·s/m) from a copy to its own finger, to others' fingers and to other copies.
+    pub springs: [(f64, f64); 3],
+}
+
+impl BoxOnALine {
+    /// Table 6.1 of Fotoohi Ghiam 2006 with b_h = 5 N·s/m.
+    pub const TABLE_6_1: Self = Self {
+        ticks: 8,
+        delay_periods: 1,
+        hand_kg: 0.1,
+        object_kg: 0.4,
+        hand_damping: 5.0,
+        springs: [(3000.0, 20.0), (400.0, 2.0), (300.0, 10.0)],
+    };
+
+    /// Every mode in which fingers touch all copies or none is stable, and throws keep it moving.
+    pub const COUNTER_EXAMPLE: Self = Self {
+        ticks: 2,
+        delay_periods: 0,
+        hand_kg: 0.075,
+        object_kg: 0.847,
+        hand_damping: 3.567,
+        springs: [(7618.422, 18.654), (6222.011, 2.755), (2523.913, 5.152)],
+    };
+
+    /// The scene: anna on the left, ben on the right.
+    ///
+    /// # Panics
+    /// When a value is out of its range.
+    #[must_use]
+    pub fn scene(&self) -> Scene {
+        let network = 1024 / self.ticks;
+        let text = format!(
+            r#"
+            space = "line"
+            [session]
+            architecture = "distributed"
+            users = 2
+            [rates]
+            control_hz = 1024
+            network_hz = {network}
+            [hand]
+            finger_radius_m = 0.008
+            [object]
+            shape = "box"
+            size_m = [0.1, 0.1, 0.1]
+            [[user]]
+            name = "anna"
+            script = [{{ do = "force", force_n = [1, 0, 0], duration_s = 60 }}]
+            [[user.finger]]
+            position_m = [-0.07, 0, 0]
+            [[user]]
+            name = "ben"
+            script = [{{ do = "force", force_n = [-1, 0, 0], duration_s = 60 }}]
+            [[user.finger]]
+            position_m = [0.07, 0, 0]
+            "#
+        );
+        let scene = parse(&text, "a box on a line", None, &[]).unwrap_or_else(|errors| panic!("{errors}"));
+        let [own, remote, copies] = self.springs.map(|(stiffness, damping)| spring(stiffness, damping));
+        edited(&scene, |scene| {
+            scene.link.delay_periods = self.delay_periods;
+            scene.hand.mass_kg = self.hand_kg;
+            scene.hand.damping_n_s_per_m = self.hand_damping;
+            scene.object.mass_kg = self.object_kg;
+            scene.coupling.hand_object = own;
+            scene.coupling.remote_hand_object = remote;
+            scene.coupling.object_object = copies;
+        })
+    }
 }
 
 /// Closing on the object with a force (N).

@@ -70,8 +70,8 @@ impl BodyContacts {
     }
 
     /// Whether a body can have these contacts at once: walls that face each other only where there is no room between
-    /// them, no more walls than there are directions, and of what does not move one finger at a time, for nothing
-    /// joins them.
+    /// them, no more walls than there are directions, of what does not move one finger at a time, for nothing
+    /// joins them, and on a line only where copies can be in such a row.
     pub(super) fn can_be(&self, scene: &Scene, reach: &Reach, set: &[usize]) -> bool {
         let walls: Vec<usize> = self
             .touching(set)
@@ -97,22 +97,48 @@ impl BodyContacts {
         let wedged =
             walls.iter().enumerate().all(|(n, &one)| walls[n + 1..].iter().all(|&other| pair(one, other)));
         let opposed = walls.len() <= most || scene.space == Space::Line && walls.len() == 2;
-        (!self.fixed || set.len() <= 1) && wedged && opposed
+        let in_a_row = scene.space != Space::Line || self.can_be_in_a_row(scene, reach, set);
+        (!self.fixed || set.len() <= 1) && wedged && opposed && in_a_row
+    }
+
+    /// On a line copies are in a row, in whichever order: what touches from the left touches those that are farthest to the
+    /// left, so that of two on one side one touches all that the other does, and both leave the farthest to the right.
+    fn can_be_in_a_row(&self, scene: &Scene, reach: &Reach, set: &[usize]) -> bool {
+        let all = all_copies(scene);
+        // The left end of the row, as far as what is on either side says.
+        let left_end = |&with: &With| {
+            let Copies(touched) = self.copies(set, with);
+            if self.is_on_the_left(reach, with) { touched } else { all.0 & !touched }
+        };
+        let ends: Vec<u32> = self.touching(set).iter().map(left_end).collect();
+        let nested = |one: u32, other: u32| one & other == one || one & other == other;
+        ends.iter().enumerate().all(|(n, &one)| ends[n + 1..].iter().all(|&other| nested(one, other)))
+    }
+
+    fn is_on_the_left(&self, reach: &Reach, with: With) -> bool {
+        let orientation = reach.poses[self.body].orientation;
+        let at = match with {
+            With::Finger(grip) => reach.grips[grip].touches_at(),
+            With::Wall(lean) => reach.leans[lean].corners.iter().sum(),
+        };
+        (orientation * at).x < 0.0
+    }
+
+    /// The copies at which one of a set's fingers or walls touches.
+    fn copies(&self, set: &[usize], with: With) -> Copies {
+        let closed = set.iter().map(|&contact| self.all[contact]).filter(|contact| contact.with == with);
+        closed.fold(Copies(0), |copies, contact| copies.with(contact.copy))
     }
 
     /// Where a session has these contacts.
     pub(super) fn arrangement(&self, scene: &Scene, reach: &Reach, set: &[usize]) -> Arrangement {
-        let copies = |with: With| {
-            let closed = set.iter().map(|&contact| self.all[contact]).filter(|contact| contact.with == with);
-            closed.fold(Copies(0), |copies, contact| copies.with(contact.copy))
-        };
         let touching = self.touching(set);
         let grips = touching.iter().filter_map(|&with| match with {
-            With::Finger(grip) => Some((reach.grips[grip].clone(), copies(with))),
+            With::Finger(grip) => Some((reach.grips[grip].clone(), self.copies(set, with))),
             With::Wall(_) => None,
         });
         let walls = touching.iter().filter_map(|&with| match with {
-            With::Wall(lean) => Some((reach.leans[lean].clone(), copies(with))),
+            With::Wall(lean) => Some((reach.leans[lean].clone(), self.copies(set, with))),
             With::Finger(_) => None,
         });
         let always = self.always.iter().map(|&lean| (reach.leans[lean].clone(), all_copies(scene)));

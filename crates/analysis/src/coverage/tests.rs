@@ -1,4 +1,5 @@
 use cotouch_scene::scene::{Architecture, Scene};
+use cotouch_testkit::scenes::{BoxOnALine, edited};
 
 use super::contacts::{BodyContacts, Set};
 use super::hands::{Hand, ways};
@@ -17,46 +18,11 @@ fn parse(text: &str) -> Scene {
     cotouch_scene::parse(text, "test", None, &[]).unwrap()
 }
 
-/// Two hands beside a box on a line: every mode in which all copies are touched at once dies out.
-const ONE_COPY: &str = r#"
-space = "line"
-[session]
-architecture = "distributed"
-users = 2
-[rates]
-control_hz = 1024
-network_hz = 512
-[link]
-delay_periods = 0
-[hand]
-mass_kg = 0.075
-damping_n_s_per_m = 3.567
-[object]
-mass_kg = 0.847
-shape = "box"
-size_m = [0.1, 0.1, 0.1]
-[coupling.hand_object]
-stiffness_n_per_m = 7618.422
-damping_n_s_per_m = 18.654
-[coupling.remote_hand_object]
-stiffness_n_per_m = 6222.011
-damping_n_s_per_m = 2.755
-[coupling.object_object]
-stiffness_n_per_m = 2523.913
-damping_n_s_per_m = 5.152
-[[user]]
-name = "anna"
-[[user.finger]]
-position_m = [-0.1, 0, 0]
-[[user]]
-name = "ben"
-[[user.finger]]
-position_m = [0.1, 0, 0]
-"#;
-
 #[test]
 fn a_finger_at_one_copy_alone_is_a_mode_and_can_be_the_worst() {
-    let covered = cover(&parse(ONE_COPY)).unwrap();
+    let mut scene = BoxOnALine::COUNTER_EXAMPLE.scene();
+    scene = edited(&scene, |scene| scene.users.iter_mut().for_each(|user| user.script.clear()));
+    let covered = cover(&scene).unwrap();
     let partial = |mode: &&crate::ModeStability| mode.contacts.iter().any(|name| name.contains("copy"));
     let largest =
         |modes: Vec<&crate::ModeStability>| modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
@@ -175,4 +141,27 @@ fn built_in_scenes_are_covered() {
         let unstable: Vec<_> = covered.modes.iter().filter(|mode| !mode.stable).collect();
         assert!(unstable.is_empty(), "{name} {unstable:?}");
     }
+}
+
+#[test]
+fn copies_on_a_line_are_touched_from_the_ends_of_their_row() {
+    let mut scene = BoxOnALine::COUNTER_EXAMPLE.scene();
+    scene = edited(&scene, |scene| {
+        scene.session.users = 3;
+        let carl = cotouch_scene::scene::User { name: "carl".into(), ..scene.users[0].clone() };
+        scene.users.push(carl);
+    });
+    let reach = Reach::of(&scene);
+    let contacts = BodyContacts::of(&scene, &reach, 0);
+    // anna's finger and carl's on the left, ben's on the right; each touches some of three copies, the first three contacts are
+    // anna's.
+    let set = |touched: [&[usize]; 3]| -> Set {
+        (0..3).flat_map(|user| touched[user].iter().map(move |copy| 3 * user + copy)).collect()
+    };
+    let can_be = |touched| contacts.can_be(&scene, &reach, &set(touched));
+    assert!(can_be([&[0], &[], &[0, 1]]), "carl's finger is deeper than anna's");
+    assert!(!can_be([&[0], &[], &[1]]), "what anna's touches first, carl's does too");
+    assert!(can_be([&[0], &[1, 2], &[]]) && can_be([&[0], &[2], &[]]) && can_be([&[0, 1, 2], &[1], &[]]));
+    assert!(!can_be([&[0, 1], &[1, 2], &[0, 2]]), "anna's says that the last copy is farthest to the right");
+    assert!(can_be([&[0, 1], &[2], &[0]]) && !can_be([&[0, 1], &[0], &[0]]));
 }

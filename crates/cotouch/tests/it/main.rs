@@ -4,6 +4,7 @@ mod agreement;
 mod agreement_soft;
 mod analysis_commands;
 mod command_line;
+mod falsification;
 mod grasps;
 mod growth;
 mod outages;

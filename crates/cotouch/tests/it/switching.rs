@@ -2,55 +2,27 @@
 
 use std::fs::write;
 
+use cotouch_scene::scene::{Action, Scene};
+use cotouch_scene::to_toml;
+use cotouch_testkit::scenes::{BoxOnALine, edited};
+use glam::DVec3;
+
 use crate::program::{cotouch, folder, json};
 
-/// Two hands and a box on a line whose contact modes are all stable; ben pushes harder for a moment than anna.
-const SCENE: &str = r#"
-space = "line"
-[session]
-architecture = "distributed"
-users = 2
-[rates]
-control_hz = 1024
-network_hz = 512
-[link]
-delay_periods = 0
-[hand]
-mass_kg = 0.075
-damping_n_s_per_m = 3.567
-finger_radius_m = 0.008
-[object]
-mass_kg = 0.847
-shape = "box"
-size_m = [0.1, 0.1, 0.1]
-[coupling.hand_object]
-stiffness_n_per_m = 7618.422
-damping_n_s_per_m = 18.654
-[coupling.remote_hand_object]
-stiffness_n_per_m = 6222.011
-damping_n_s_per_m = 2.755
-[coupling.object_object]
-stiffness_n_per_m = 2523.913
-damping_n_s_per_m = 5.152
-[[user]]
-name = "anna"
-script = [{ do = "force", force_n = [1, 0, 0], duration_s = 60 }]
-[[user.finger]]
-position_m = [-0.1, 0, 0]
-[[user]]
-name = "ben"
-script = [
-  { do = "force", force_n = [-4, 0, 0], duration_s = 0.2 },
-  { do = "force", force_n = [-1, 0, 0], duration_s = 60 },
-]
-[[user.finger]]
-position_m = [0.06, 0, 0]
-"#;
+/// The counter-example, in which ben pushes harder for a moment than anna, who comes later.
+fn scene() -> Scene {
+    edited(&BoxOnALine::COUNTER_EXAMPLE.scene(), |scene| {
+        let [anna, ben] = &mut scene.users[..] else { panic!("two users") };
+        anna.fingers[0].position_m.x = -0.1;
+        ben.fingers[0].position_m.x = 0.06;
+        ben.script.insert(0, Action::Force { force_n: DVec3::X * -4.0, duration_s: 0.2 });
+    })
+}
 
 #[test]
 fn what_switching_keeps_moving_shakes_in_the_running_session_too() {
     let folder = folder();
-    write(folder.path().join("box.toml"), SCENE).unwrap();
+    write(folder.path().join("box.toml"), to_toml(&scene())).unwrap();
     let analysis = json(&cotouch(folder.path(), &["analyze", "stability", "box.toml", "--json"]));
     assert!(analysis["stable"].is_null(), "{analysis}");
     assert_eq!(analysis["switching"], "unproven");

@@ -2,11 +2,11 @@
 
 use cotouch_scene::names::{Coordinate, HostIndex};
 use cotouch_scene::scene::{Architecture, Scene, SceneValues, SpringDamper};
-use cotouch_testkit::scenes::grasp;
+use cotouch_testkit::scenes::{BoxOnALine, grasp};
 use glam::{DMat3, DVec3};
 use nalgebra::{DMatrix, Matrix2, Vector2};
 
-use super::{COUNTER_EXAMPLE, ContactPoints, Line};
+use super::ContactPoints;
 use crate::compile::{OneSidedLoop, compile_at, one_sided};
 use crate::lift::LiftedMap;
 use crate::loop_spec::BodyId;
@@ -86,7 +86,7 @@ fn scenes() -> Vec<(&'static str, Scene)> {
     let in_space =
         |scene: Scene| scene.edit_unchecked(|scene| scene.space = cotouch_scene::scene::Space::Space);
     vec![
-        ("line", COUNTER_EXAMPLE.scene()),
+        ("line", BoxOnALine::COUNTER_EXAMPLE.scene()),
         ("plane", grasp(Architecture::Distributed)),
         ("plane, centralized", grasp(Architecture::Centralized)),
         ("space", in_space(grasp(Architecture::Distributed))),
@@ -158,7 +158,8 @@ impl Falling {
 #[test]
 fn a_mass_on_a_one_sided_spring_is_as_in_closed_form() {
     // So heavy a body is the ground.
-    let scene = Line { ticks: 1, object_kg: 1.0, hand_damping: 0.0, ..COUNTER_EXAMPLE }.scene();
+    let scene =
+        BoxOnALine { ticks: 1, object_kg: 1.0, hand_damping: 0.0, ..BoxOnALine::COUNTER_EXAMPLE }.scene();
     let spring = SpringDamper { stiffness_n_per_m: 900.0, damping_n_s_per_m: 4.0 };
     let scene = scene.edit_unchecked(|scene| {
         scene.object.mass_kg = 1e15;

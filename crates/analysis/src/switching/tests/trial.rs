@@ -1,9 +1,10 @@
 //! The table of `docs/VERDICTS.md`: random sets of gains at shares of the limit of their modes.
 
 use cotouch_scene::scene::{SceneValues, SpringDamper};
+use cotouch_testkit::scenes::BoxOnALine;
 
 use super::super::random::Random;
-use super::{ContactMode, Line, TABLE_6_1, compile, found, modes_of_copies};
+use super::{ContactMode, compile, found, modes_of_copies};
 use crate::poles::judge;
 
 const SETS: u64 = 150;
@@ -24,7 +25,7 @@ fn random_set(seed: u64) -> Option<(SceneValues, f64)> {
     ];
     let (hand_kg, object_kg, hand_damping) = (between(0.03, 0.3), between(0.1, 1.0), between(0.5, 10.0));
     let delay_periods = random.below(2) as u32;
-    let line = Line { ticks, delay_periods, hand_kg, object_kg, hand_damping, springs };
+    let line = BoxOnALine { ticks, delay_periods, hand_kg, object_kg, hand_damping, springs };
     let scene = SceneValues::clone(&line.scene());
     let limit = limit(&scene)?;
     Some((scene, limit))
@@ -129,7 +130,7 @@ fn random_sets() {
 
 #[test]
 fn the_limit_of_table_6_1_is_far() {
-    let scene = TABLE_6_1.scene();
+    let scene = BoxOnALine::TABLE_6_1.scene();
     assert!(limit(&scene).unwrap() > 1.0 / 0.7);
     assert!(distance(&scene, &modes_of_copies) > 1.0 / 0.7);
 }
