@@ -25,6 +25,7 @@ use rayon::prelude::*;
 use crate::gains::{self, Gain};
 use crate::left_out::LeftOut;
 use crate::lift::layout::{Layout, Registers};
+use crate::loop_spec::LoopSpec;
 use crate::operating_point::Reach;
 use crate::verdict::{AnalysisError, ContactPlace, ModeStability, Worst, WorstGain};
 use contacts::{BodyContacts, Set, names};
@@ -34,6 +35,7 @@ use search::Search;
 use sets::{Costs, Sets, sets};
 
 pub(crate) use left_out::of_soft_contact;
+pub(crate) use loops::judge_part;
 
 /// What sets of contacts may cost, in cubes of states: some seconds on two cores.
 const SETS_BUDGET: f64 = 5e8;
@@ -56,6 +58,20 @@ pub(crate) struct Covered {
     pub(crate) worst: Worst,
     /// What was not analysed.
     pub(crate) left_out: Vec<LeftOut>,
+    /// The loops behind the two figures: of the mode with the largest radius, and of what comes nearest to swinging ever more.
+    pub(crate) critical: Vec<CriticalLoop>,
+}
+
+/// A loop on which a verdict rests.
+pub(crate) struct CriticalLoop {
+    /// The contacts that are closed.
+    pub(crate) contacts: Vec<String>,
+    /// Where, if that is not where scripts come from.
+    pub(crate) place: Option<Vec<ContactPlace>>,
+    /// The part of the loop that has the largest radius.
+    pub(crate) spec: LoopSpec,
+    /// Whether what is loose drifts along a surface and does not count.
+    pub(crate) drifts: bool,
 }
 
 /// Analyses all that can be touched.
@@ -67,7 +83,8 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
         (0..reach.bodies.len()).map(|body| BodyContacts::of(scene, &reach, body)).collect();
     let mut left_out = reach.left_out.clone();
     left_out::add_of_bodies(&reach, &mut left_out);
-    let mut modes = vec![study.mode(&study.untouched(), worst(nothing.iter().map(|(_, judged)| *judged)))];
+    let mut modes = vec![study.mode(&study.untouched(), modes_worst(&nothing))];
+    let mut candidates = vec![study.untouched()];
     let mut found = Vec::new();
     let mut incomplete = Vec::new();
     let budget = SETS_BUDGET / bodies.iter().filter(|body| !body.all.is_empty()).count().max(1) as f64;
@@ -83,6 +100,7 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     for one in &found {
         let candidate = study.told(&bodies[one.body], &one.set);
         modes.push(study.mode(&candidate, study.beside(one.judged, &candidate, &nothing)));
+        candidates.push(candidate);
     }
     study.add_axes(&mut modes, &found, &bodies)?;
     let told_radius = modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
@@ -94,6 +112,7 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
         let mode = study.mode(candidate, *judged);
         if !modes.iter().any(|known| known.contacts == mode.contacts) {
             modes.push(mode);
+            candidates.push(candidate.clone());
         }
     }
     if modes.iter().all(|mode| mode.stable) {
@@ -110,8 +129,17 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let untouched = (study.untouched(), modes_worst(&nothing));
     let searched = lasting.iter().chain(&passing).chain(std::iter::once(&untouched));
     let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
-    let worst = study.worst(&nearest.unwrap_or(&untouched).0);
-    Ok(Covered { modes, spectral_radius, worst, left_out })
+    let (nearest, judged) = nearest.unwrap_or(&untouched);
+    let worst = study.worst(nearest, *judged);
+    let largest = |&one: &usize, &other: &usize| {
+        modes[one].spectral_radius.total_cmp(&modes[other].spectral_radius).then(other.cmp(&one))
+    };
+    let headline = (0..modes.len()).max_by(largest).map_or(&untouched.0, |mode| &candidates[mode]);
+    let mut critical = Vec::from_iter(study.critical(headline, None)?);
+    if study.names(nearest) != study.names(headline) || !nearest.touches_as(headline) {
+        critical.extend(study.critical(nearest, worst.place.clone())?);
+    }
+    Ok(Covered { modes, spectral_radius, worst, left_out, critical })
 }
 
 fn modes_worst(parts: &[(Movers, Judged)]) -> Judged {
@@ -278,7 +306,7 @@ impl Study<'_> {
         ))
     }
 
-    fn worst(&self, candidate: &Candidate) -> Worst {
+    fn worst(&self, candidate: &Candidate, judged: Judged) -> Worst {
         let place = |(grip, _): &(crate::operating_point::Grip, _)| ContactPlace {
             contact: grip.name.clone(),
             body: self.reach.bodies[grip.body].name.clone(),
@@ -287,9 +315,41 @@ impl Study<'_> {
         let places: Vec<_> = candidate.arrangement.grips.iter().map(place).collect();
         Worst {
             contacts: self.names(candidate),
+            spectral_radius: judged.spectral_radius,
             place: (!places.is_empty()).then_some(places),
             gain: self.worst_gain(candidate),
         }
+    }
+
+    /// The part of a candidate's loop that has the largest radius; what has no part in its contacts counts as well.
+    fn critical(
+        &self,
+        candidate: &Candidate,
+        place: Option<Vec<ContactPlace>>,
+    ) -> Result<Option<CriticalLoop>, AnalysisError> {
+        let touches = !candidate.arrangement.grips.is_empty();
+        let own = loops(self.scene, self.reach, candidate).into_iter().map(|spec| (spec, touches));
+        let untouched = self.untouched();
+        let others = loops::whole(
+            self.scene,
+            self.reach,
+            &Candidate { arrangement: untouched.arrangement, hands: candidate.hands.clone() },
+        );
+        let others = others
+            .into_iter()
+            .filter(|spec| !loops::takes_part(spec, &candidate.arrangement))
+            .map(|spec| (spec, false));
+        let radius = |(spec, drifts): (LoopSpec, bool)| {
+            Ok((loops::judge_part(&spec, false, drifts)?.spectral_radius, spec, drifts))
+        };
+        let parts = own.chain(others).map(radius).collect::<Result<Vec<_>, AnalysisError>>()?;
+        let largest = parts.into_iter().max_by(|(one, ..), (other, ..)| one.total_cmp(other));
+        Ok(largest.map(|(_, spec, drifts)| CriticalLoop {
+            contacts: self.names(candidate),
+            place,
+            spec,
+            drifts,
+        }))
     }
 
     /// The gain of which a small share moves a candidate most.
@@ -308,7 +368,8 @@ impl Study<'_> {
             Some(judge_candidate(&changed, self.reach, candidate, false).ok()?.nearness)
         };
         let slope = (nearness(1.0 + SMALL_CHANGE)? - nearness(1.0 - SMALL_CHANGE)?) / (2.0 * SMALL_CHANGE);
-        Some(WorstGain { key: key.to_owned(), value, slope })
+        // What outgrows floating point has no slope.
+        slope.is_finite().then(|| WorstGain { key: key.to_owned(), value, slope })
     }
 }
 

@@ -10,6 +10,7 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::compile::ContactMode;
+use crate::coverage::{self, CriticalLoop, judge_part};
 use crate::diagram::{DiagramError, LiftRoute};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping;
@@ -18,10 +19,10 @@ use crate::modes::contact_modes;
 use crate::poles::{has_outgrown, judge, poles_of};
 use crate::rigid::Structure;
 use crate::soft::Bodies;
-use crate::verdict::{AnalysisError, ModeStability, Stability};
+use crate::verdict::{AnalysisError, ContactPlace};
 use cotouch_matrix::{EigenvalueError, balance, spectral_radius};
 
-/// With more contact modes than this, only those are checked that are called as the worst one.
+/// Of a settled grasp with more contact modes than this, none is checked: the verdict's own are.
 const MAX_MODES: usize = 8;
 
 /// Numbers in a state in which each receiver keeps its own samples: some ten seconds for the eigenvalues of four maps.
@@ -38,6 +39,9 @@ const ROUTES: [(&str, LiftRoute); 3] = [
 pub struct ModeCheck {
     /// The switching contacts that are closed.
     pub contacts: Vec<String>,
+    /// Where they touch, if this is not where scripts come from.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub place: Option<Vec<ContactPlace>>,
     /// Numbers in the state of the maps that are compared: each receiver has its own copy of every sample.
     pub states: usize,
     /// Largest absolute eigenvalue over one pattern without the rigid-body poles, as the verdict says it.
@@ -78,46 +82,58 @@ enum Incomparable {
     Outgrown,
 }
 
-/// Finds the maps of the contact modes of a scene's settled grasp by every route: of all modes where there are few, else of the worst one of
-/// `stability`, which is what [`crate::analyze`] said of this scene. `progress` is told the share that is done.
+/// Finds the maps on which the verdict on a scene rests by every route: that of the contact mode with the largest spectral
+/// radius, and of what a search found to come nearest to swinging ever more; besides, those of the settled grasp's modes, where
+/// there are few. `progress` is told the share that is done.
 ///
 /// # Errors
 /// As [`crate::analyze`]. A route that does not apply to a loop, or for which it is too large, says so in its place.
-pub fn cross_check(
-    scene: &Scene,
-    stability: &Stability,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<Vec<ModeCheck>, AnalysisError> {
-    let (modes, _) = contact_modes(scene, &Bodies::default())?;
-    let modes = worth_checking(modes, stability);
-    let (count, done) = (modes.len() * ROUTES.len(), AtomicUsize::new(0));
-    let tell = || progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
-    modes.into_par_iter().map(|mode| check_mode(mode, &tell)).collect()
-}
-
-fn worth_checking(mut modes: Vec<ContactMode>, stability: &Stability) -> Vec<ContactMode> {
-    if modes.len() > MAX_MODES {
-        let by_radius =
-            |a: &&ModeStability, b: &&ModeStability| a.spectral_radius.total_cmp(&b.spectral_radius);
-        let is_compiled = |judged: &&ModeStability| modes.iter().any(|mode| mode.contacts == judged.contacts);
-        let worst = stability.modes.iter().filter(is_compiled).max_by(by_radius);
-        modes.retain(|mode| worst.is_some_and(|worst| worst.contacts == mode.contacts));
+pub fn cross_check(scene: &Scene, progress: &(dyn Fn(f64) + Sync)) -> Result<Vec<ModeCheck>, AnalysisError> {
+    let mut loops = critical(scene)?;
+    let (settled, _) = contact_modes(scene, &Bodies::default())?;
+    if settled.len() <= MAX_MODES {
+        let is_new = |mode: &ContactMode| !loops.iter().any(|known| known.spec == mode.spec);
+        let more = settled.into_iter().filter(is_new).collect::<Vec<_>>();
+        loops.extend(more.into_iter().map(|ContactMode { contacts, spec, .. }| CriticalLoop {
+            contacts,
+            place: None,
+            spec,
+            drifts: false,
+        }));
     }
-    modes
+    let (count, done) = (loops.len() * ROUTES.len(), AtomicUsize::new(0));
+    let tell = || progress((done.fetch_add(1, Ordering::Relaxed) + 1) as f64 / count as f64);
+    loops.into_par_iter().map(|critical| check_loop(critical, &tell)).collect()
 }
 
-fn check_mode(mode: ContactMode, tell: &(dyn Fn() + Sync)) -> Result<ModeCheck, AnalysisError> {
-    let layout = Layout::new(&mode.spec, Registers::PerReceiver);
-    let spectral_radius = judge(&mode.spec, false)?.spectral_radius;
-    let product = Product::new(&mode.spec, &layout);
+/// What the verdict rests on.
+fn critical(scene: &Scene) -> Result<Vec<CriticalLoop>, AnalysisError> {
+    if !scene.soft.exists() {
+        return Ok(coverage::cover(scene)?.critical);
+    }
+    // All modes that there are: the largest is the verdict's.
+    let (modes, _) = contact_modes(scene, &Bodies::default())?;
+    let radius = |mode: ContactMode| Ok((judge(&mode.spec, false)?.spectral_radius, mode));
+    let judged = modes.into_par_iter().map(radius).collect::<Result<Vec<_>, AnalysisError>>()?;
+    let largest = judged.into_iter().max_by(|(one, _), (other, _)| one.total_cmp(other));
+    let of_mode =
+        |(_, ContactMode { contacts, spec, .. })| CriticalLoop { contacts, place: None, spec, drifts: false };
+    Ok(largest.map(of_mode).into_iter().collect())
+}
+
+fn check_loop(critical: CriticalLoop, tell: &(dyn Fn() + Sync)) -> Result<ModeCheck, AnalysisError> {
+    let CriticalLoop { contacts, place, spec, drifts } = critical;
+    let layout = Layout::new(&spec, Registers::PerReceiver);
+    let spectral_radius = judge_part(&spec, false, drifts)?.spectral_radius;
+    let product = Product::new(&spec, &layout, drifts);
     let routes = ROUTES.into_iter().map(|(name, route)| {
         let compared =
-            product.as_ref().map_err(Clone::clone).and_then(|product| product.compare(&mode.spec, route));
+            product.as_ref().map_err(Clone::clone).and_then(|product| product.compare(&spec, route));
         tell();
         RouteCheck::new(name, compared)
     });
     let routes = routes.collect();
-    Ok(ModeCheck { contacts: mode.contacts, states: layout.coordinates.len(), spectral_radius, routes })
+    Ok(ModeCheck { contacts, place, states: layout.coordinates.len(), spectral_radius, routes })
 }
 
 impl RouteCheck {
@@ -139,10 +155,12 @@ struct Product {
     /// Its coordinate over the balanced one.
     scales: Vec<f64>,
     structure: Structure,
+    /// As in [`CriticalLoop`].
+    drifts: bool,
 }
 
 impl Product {
-    fn new(spec: &LoopSpec, layout: &Layout) -> Result<Self, Incomparable> {
+    fn new(spec: &LoopSpec, layout: &Layout, drifts: bool) -> Result<Self, Incomparable> {
         let states = layout.coordinates.len();
         if states > MAX_STATES {
             return Err(Incomparable::TooLarge(states));
@@ -154,7 +172,7 @@ impl Product {
         let structure = Structure::new(spec, layout, &map);
         let mut balanced = map;
         let scales = balance(&mut balanced);
-        Ok(Self { balanced, scales, structure })
+        Ok(Self { balanced, scales, structure, drifts })
     }
 
     /// The spectral radius of a route's map, and how far that map is from the product.
@@ -163,7 +181,7 @@ impl Product {
         let scaled =
             DMatrix::from_fn(map.nrows(), map.ncols(), |i, j| map[(i, j)] * self.scales[j] / self.scales[i]);
         let difference = (scaled - &self.balanced).amax() / self.balanced.amax();
-        let loose = if self.structure.loose.is_empty() { 0.0 } else { 1.0 };
+        let loose = if self.drifts || self.structure.loose.is_empty() { 0.0 } else { 1.0 };
         let radius = spectral_radius(&poles_of(map, &self.structure)?).max(loose);
         Ok((radius, difference))
     }

@@ -31,7 +31,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
     let (modes, _) = contact_modes(scene, &Bodies::default())?;
     let settled = modes.iter().find(|mode| mode.settled).unwrap_or(&modes[0]);
     let headline = analyze_loop(&settled.spec)?;
-    let Covered { modes: covered, spectral_radius, worst, left_out } = coverage::cover(scene)?;
+    let Covered { modes: covered, spectral_radius, worst, left_out, .. } = coverage::cover(scene)?;
     let each_is_stable = covered.iter().all(|mode| mode.stable);
     let switched = match each_is_stable {
         true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
@@ -120,7 +120,8 @@ fn worst(modes: &[ModeStability]) -> Option<Worst> {
     let worst = modes.iter().max_by(|one, other| {
         one.spectral_radius.total_cmp(&other.spectral_radius).then(other.stable.cmp(&one.stable))
     })?;
-    Some(Worst { contacts: worst.contacts.clone(), place: None, gain: None })
+    let (contacts, spectral_radius) = (worst.contacts.clone(), worst.spectral_radius);
+    Some(Worst { contacts, spectral_radius, place: None, gain: None })
 }
 
 #[cfg(test)]

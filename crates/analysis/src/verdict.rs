@@ -65,6 +65,9 @@ impl Stability {
 pub struct Worst {
     /// The contacts that are closed in it.
     pub contacts: Vec<String>,
+    /// Of its own part of the loop. It may be above [`Stability::spectral_radius`], which is of the modes that are listed: this
+    /// one may have been found by the search from these.
+    pub spectral_radius: f64,
     /// Where they touch, where this was searched for.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub place: Option<Vec<ContactPlace>>,

@@ -1,7 +1,7 @@
 //! What a verdict does not cover, in plain sentences.
 
 use cotouch_scene::scene::{
-    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, Space, StiffnessFrom,
+    Architecture, DeviceKind, Impairment, LocalModelKind, PlayOut, Scene, Space, StiffnessFrom, WallSides,
 };
 
 use crate::compile::ContactMode;
@@ -54,7 +54,12 @@ pub(crate) fn warnings(
 fn warn_of_modes(scene: &Scene, each_is_stable: bool, switched: &Switched, warnings: &mut Vec<String>) {
     let has_surfaces = scene.world_bodies().iter().any(|body| has_surface(&body.shape));
     let soft = scene.soft.exists();
-    let what = if has_surfaces || soft { "Contacts open and close" } else { "The wall is one-sided" };
+    let one_sided = !scene.walls().is_empty() && scene.wall.sides == WallSides::One;
+    let what = match (has_surfaces || soft, one_sided) {
+        (true, _) => "Contacts open and close",
+        (false, true) => "The wall is one-sided",
+        (false, false) => "Hands may be held in several ways",
+    };
     warnings.push(format!("{what}: {}.", of_switching(each_is_stable, switched)));
 }
 

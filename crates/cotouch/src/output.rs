@@ -25,6 +25,7 @@ impl Output {
         if let Some(file) = &self.file {
             let json = self.json || file.extension().is_some_and(|ending| ending == "json");
             write_file(file, &Self { json, file: None }.shown(answer, text)?)?;
+            told(file);
         }
         print(&self.shown(answer, text)?)
     }
@@ -38,6 +39,7 @@ impl Output {
     ) -> anyhow::Result<()> {
         if let Some(file) = &self.file {
             write_file(file, file_text)?;
+            told(file);
         }
         print(&self.shown(answer, text)?)
     }
@@ -61,6 +63,11 @@ impl Output {
         let shown = if self.json { serde_json::to_string_pretty(answer)? } else { text.to_owned() };
         Ok(format!("{}\n", shown.trim_end_matches('\n')))
     }
+}
+
+/// Says which file was written, where it is in nobody's way.
+fn told(file: &Path) {
+    eprintln!("wrote {}", file.display());
 }
 
 /// Writes a file, with the folders that it is to be in.

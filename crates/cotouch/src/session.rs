@@ -75,13 +75,14 @@ pub(crate) fn start_serving(scene: &Scene, listen: Route, plan: &Plan) -> anyhow
     Ok(LiveSession::fixed(real_time::serve(scene, listen, &options(plan))?))
 }
 
-/// Joins a session; its scene comes from the server.
+/// Joins a session, unless `stop` is set before it answers; its scene comes from the server.
 pub(crate) fn start_joining(
     server: Route,
     user: Option<&str>,
     plan: &Plan,
+    stop: &Stop,
 ) -> anyhow::Result<(Scene, LiveSession)> {
-    let (scene, handle) = real_time::join(server, user, &options(plan))?;
+    let (scene, handle) = real_time::join(server, user, &options(plan), &|| !stop.is_set())?;
     Ok((scene, LiveSession::fixed(handle)))
 }
 

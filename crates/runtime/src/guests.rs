@@ -44,7 +44,7 @@ impl Guests {
         let FreePlace { user, name, server, impairment } = place;
         let impairment = (impairment != Impairment::NONE).then_some(impairment);
         let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
-        let joined = real_time::join(from_here(server), Some(&name), &options);
+        let joined = real_time::join(from_here(server), Some(&name), &options, &|| true);
         let (_, session) = joined.map_err(|error| TakeError::NotLetIn { name, why: error.to_string() })?;
         let session = Arc::new(session);
         let hand = session.take(user)?;

@@ -39,14 +39,15 @@ pub(crate) fn joining_endpoint(scene: &Scene, user: Option<&str>, server: Route,
     Endpoint::join(config, server, now)
 }
 
-/// Asks the server for its scene; blocks for at most `patience`.
+/// Asks the server for its scene; blocks for at most `patience`, and not for long after it is no longer `wanted`.
 ///
 /// # Errors
-/// When nobody answers, or what comes is no scene.
+/// When nobody answers, what comes is no scene, or it is no longer wanted.
 pub(crate) fn fetch_scene(
     transport: &dyn Transport,
     server: Route,
     patience: Duration,
+    wanted: &dyn Fn() -> bool,
 ) -> Result<Scene, StartError> {
     let now = clock::now();
     let mut fetch = SceneFetch::new(server, instance_seed(), now, patience.as_nanos() as i64);
@@ -57,6 +58,9 @@ pub(crate) fn fetch_scene(
                 SceneFetchError::Refused(Refusal::NoAnswer) => StartError::Silence { server },
                 error => StartError::Scene { server, reason: error.to_string() },
             })?;
+        }
+        if !wanted() {
+            return Err(StartError::GivenUp { server });
         }
         while let Some(transmit) = fetch.poll_transmit(clock::now()) {
             // What cannot be sent is asked for again.

@@ -116,7 +116,7 @@ pub fn run_local_with(
     for (host, end) in scene.hosts().zip(ends) {
         let endpoint = full_session_endpoint(scene, host, server, clock::now());
         seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
-        wait_to_be_taken_in(&seats[host.index()].0, server)?;
+        wait_to_be_taken_in(&seats[host.index()].0, server, &|| true)?;
     }
     start(scene, simulation, seats, devices, options)
 }
@@ -138,23 +138,26 @@ pub fn serve(
     start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
 }
 
-/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server.
+/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server. While an answer is
+/// waited for, `wanted` is asked again and again whether to go on.
 ///
 /// # Errors
-/// When nobody answers, the session turns this host away, or a thread or the recording cannot be had.
+/// When nobody answers, the session turns this host away, it is no longer wanted, or a thread or the recording cannot be
+/// had.
 pub fn join(
     server: impl Into<Route>,
     user: Option<&str>,
     options: &RealTimeOptions,
+    wanted: &dyn Fn() -> bool,
 ) -> Result<(Scene, SessionHandle), StartError> {
     let server = server.into();
     let end = transport::connect(server)?;
-    let scene = fetch_scene(&*end, server, JOIN_PATIENCE)?;
+    let scene = fetch_scene(&*end, server, JOIN_PATIENCE, wanted)?;
     // Made before the session hears of this host: it may take a while.
     let simulation = slow_simulation(&scene)?;
     let endpoint = joining_endpoint(&scene, user, server, clock::now());
     let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
-    wait_to_be_taken_in(&network, server)?;
+    wait_to_be_taken_in(&network, server, wanted)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
     let handle = start_one(&scene, simulation, (network, port), host, server, options)?;
     Ok((scene, handle))
@@ -186,9 +189,16 @@ fn take_seat(
     NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
 }
 
-fn wait_to_be_taken_in(network: &NetworkThreads, server: Route) -> Result<(), StartError> {
+fn wait_to_be_taken_in(
+    network: &NetworkThreads,
+    server: Route,
+    wanted: &dyn Fn() -> bool,
+) -> Result<(), StartError> {
     let patience = clock::now().plus_ns(JOIN_PATIENCE.as_nanos() as i64);
     while clock::now() < patience {
+        if !wanted() {
+            return Err(StartError::GivenUp { server });
+        }
         if let Some(reason) = network.refusal() {
             return Err(StartError::Refused { server, reason });
         }

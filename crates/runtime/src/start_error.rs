@@ -36,6 +36,12 @@ pub enum StartError {
         /// The address of the session's server.
         server: Route,
     },
+    /// Nobody had answered when the session was no longer wanted.
+    #[error("interrupted before the session at {server} answered")]
+    GivenUp {
+        /// The address of the session's server.
+        server: Route,
+    },
     /// The server's scene does not read.
     #[error("the scene that {server} sent cannot be used: {reason}")]
     Scene {

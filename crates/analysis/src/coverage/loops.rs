@@ -21,10 +21,21 @@ pub(super) struct Candidate {
     pub(super) hands: Vec<Hand>,
 }
 
+impl Candidate {
+    /// Whether it touches where `other` does, in the same way.
+    pub(super) fn touches_as(&self, other: &Self) -> bool {
+        let at = |candidate: &Self| -> Vec<_> {
+            candidate.arrangement.grips.iter().map(|(grip, _)| grip.touches_at()).collect()
+        };
+        let (one, two) = (&self.arrangement, &other.arrangement);
+        (one.slides, one.turned) == (two.slides, two.turned) && at(self) == at(other)
+    }
+}
+
 /// What the eigenvalues of a loop say.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Judged {
-    pub(super) spectral_radius: f64,
+pub(crate) struct Judged {
+    pub(crate) spectral_radius: f64,
     pub(super) stable: bool,
     /// How near it is to oscillating ever more: the largest absolute eigenvalue of those that go round at 1 Hz or faster,
     /// or of all where it is unstable. Slow ones that die out without swinging hide what a change of contacts does.
@@ -90,6 +101,18 @@ impl Movers {
 
 /// The parts of the loop that a candidate's contacts are in.
 pub(super) fn loops(scene: &Scene, reach: &Reach, candidate: &Candidate) -> Vec<LoopSpec> {
+    let mut parts = whole(scene, reach, candidate);
+    parts.retain(|part| takes_part(part, &candidate.arrangement));
+    parts
+}
+
+/// Whether a part of a loop is about the contacts.
+pub(super) fn takes_part(part: &LoopSpec, arrangement: &Arrangement) -> bool {
+    Movers::of(part).take_part_in(arrangement)
+}
+
+/// All parts of the loop.
+pub(super) fn whole(scene: &Scene, reach: &Reach, candidate: &Candidate) -> Vec<LoopSpec> {
     let Candidate { arrangement, hands } = candidate;
     let point = reach.point(scene, arrangement);
     let spec = if hands.iter().all(|hand| *hand == Hand::Told) {
@@ -97,9 +120,7 @@ pub(super) fn loops(scene: &Scene, reach: &Reach, candidate: &Candidate) -> Vec<
     } else {
         compile_at(&held(scene, hands), &point)
     };
-    let mut parts = parts(&spec);
-    parts.retain(|part| Movers::of(part).take_part_in(arrangement));
-    parts
+    parts(&spec)
 }
 
 /// All parts of a loop in which nothing but `candidate`'s contacts is closed, each with who moves in it.
@@ -108,9 +129,8 @@ pub(super) fn all_parts(
     reach: &Reach,
     candidate: &Candidate,
 ) -> Result<Vec<(Movers, Judged)>, AnalysisError> {
-    let point = reach.point(scene, &candidate.arrangement);
-    let spec = compile_at(&held(scene, &candidate.hands), &point);
-    parts(&spec).iter().map(|part| Ok((Movers::of(part), judge_part(part, true, false)?))).collect()
+    let parts = whole(scene, reach, candidate);
+    parts.iter().map(|part| Ok((Movers::of(part), judge_part(part, true, false)?))).collect()
 }
 
 pub(super) fn judge_candidate(
@@ -126,7 +146,7 @@ pub(super) fn judge_candidate(
 
 /// Where fingers touch a surface (`drifts`), what is loose drifts along it, as a finger does that touches nothing: it does
 /// not count.
-fn judge_part(part: &LoopSpec, with_axis: bool, drifts: bool) -> Result<Judged, AnalysisError> {
+pub(crate) fn judge_part(part: &LoopSpec, with_axis: bool, drifts: bool) -> Result<Judged, AnalysisError> {
     let verdict = judge(part, with_axis)?;
     let counted = verdict.eigenvalues.len() - if drifts { verdict.loose_parts } else { 0 };
     let poles = &verdict.eigenvalues[..counted];

@@ -1,15 +1,35 @@
 //! What the analysis says about a scene, in words.
 
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::thread;
+
+use anyhow::anyhow;
 use cotouch_analysis::{ContactPlace, Stability, Switching};
-use cotouch_runtime::{Predicted, Unproven};
+use cotouch_runtime::{LOOK_PERIOD, Predicted, Unproven};
 use cotouch_scene::Scene;
 use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 
 use crate::failure::Failure;
+use crate::progress::Stop;
 
-/// What the analysis says; nothing, and a note, where the loop is too large for it.
-pub(super) fn analyze(scene: &Scene) -> Result<Option<Stability>, Failure> {
-    match cotouch_analysis::analyze(scene) {
+/// What the analysis says; nothing, and a note, where the loop is too large for it. It is left at work when the user wants
+/// the end before it has an answer, which is a failure.
+pub(super) fn analyze_until(scene: &Scene, stop: &Stop) -> Result<Option<Stability>, Failure> {
+    let (said, answer) = mpsc::channel();
+    let scene = scene.clone();
+    // Nobody hears the answer when the user has gone on.
+    thread::spawn(move || drop(said.send(cotouch_analysis::analyze(&scene))));
+    let answer = loop {
+        match answer.recv_timeout(LOOK_PERIOD) {
+            Ok(answer) => break answer,
+            Err(RecvTimeoutError::Timeout) if stop.is_set() => {
+                return Err(anyhow!("interrupted before the prediction was there").into());
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => return Err(anyhow!("the analysis failed").into()),
+        }
+    };
+    match answer {
         Ok(stability) => Ok(Some(stability)),
         Err(error) if error.is_too_large() => {
             eprintln!("note: no prediction: {error}");
@@ -107,7 +127,8 @@ pub(super) fn worst(stability: &Stability) -> Option<String> {
         let way = if gain.slope > 0.0 { "lower" } else { "raise" };
         format!(": {way} {} to calm it, which moves it most", gain.key)
     });
-    Some(format!("The worst is {contacts}{place}{gain}."))
+    let radius = radius(worst.spectral_radius);
+    Some(format!("The worst is {contacts}{place}, with {radius}{gain}."))
 }
 
 fn modes(stability: &Stability) -> String {
@@ -143,6 +164,7 @@ const NEUTRAL: f64 = 1e-11;
 pub(super) fn radius(radius: f64) -> String {
     let short = format!("{radius:.4}");
     match short.as_str() {
+        _ if radius.is_infinite() => "beyond all figures".to_owned(),
         "1.0000" if (radius - 1.0).abs() < NEUTRAL => "1 (neutral)".to_owned(),
         "1.0000" => format!("{radius:.9}"),
         _ if radius > 1e4 => format!("{radius:.3e}"),

@@ -51,6 +51,7 @@ fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, 
     let tables = csv.map(|folder| write_tables(file, folder)).transpose()?.unwrap_or_default();
     let difference = replayed.comparison.first_difference.as_ref().map(ToString::to_string);
     let verdict = match &difference {
+        None if replayed.comparison.ticks == 0 => "so that there is nothing to compare".to_owned(),
         None => "identical".to_owned(),
         Some(difference) => format!("not identical: {difference}"),
     };

@@ -26,7 +26,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
         let overrides = [overrides, &run.host.impair].concat();
         let scene = cotouch_scene::load(&run.scene, &overrides)?;
         check_users(&scene, &run.host.devices)?;
-        let predicted = predict(&scene, output)?;
+        let predicted = predict(&scene, &stop, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop, output)?;
         return conclude(&scene, &scene, summary, predicted, output);
@@ -34,7 +34,7 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
     let scene = load_realisable(&run.scene, overrides)?;
     check_users(&scene, &run.host.devices)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
-    let predicted = predict(&on_this_network(&scene, &plan), output)?;
+    let predicted = predict(&on_this_network(&scene, &plan), &stop, output)?;
     let progress = output.progress("preparing");
     let live = session::start_local(&scene, &plan)?;
     drop(progress);
@@ -53,7 +53,7 @@ pub(super) fn serve(
     check_no_users(&host.devices)?;
     let scene = load_realisable(name, overrides)?;
     let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
-    let predicted = predict(&on_this_network(&scene, &plan), output)?;
+    let predicted = predict(&on_this_network(&scene, &plan), &stop, output)?;
     output.say(format_args!(
         "the prediction is for all {} users; the loops are others while some are absent",
         scene.session.users
@@ -76,8 +76,10 @@ pub(super) fn join(
     let server = resolve(server)?;
     warn_about_the_network(server);
     let plan = plan(host, "joined", impairment(&host.impair)?)?;
-    let (scene, live) = session::start_joining(server, user, &plan)?;
-    let predicted = predict(&on_this_network(&scene, &plan), output)?;
+    let (scene, live) = session::start_joining(server, user, &plan, &stop)?;
+    // The hand is in the session already: whoever interrupts wants it released, not an error.
+    let predicted = predict(&on_this_network(&scene, &plan), &stop, output)
+        .or_else(|failure| if stop.is_set() { Ok(None) } else { Err(failure) })?;
     finish(live, None, predicted, &plan, &stop, output)
 }
 
@@ -144,10 +146,10 @@ fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure>
 }
 
 /// Says what will run and what the analysis says about it.
-fn predict(scene: &Scene, output: &Output) -> Result<Option<Predicted>, Failure> {
+fn predict(scene: &Scene, stop: &Stop, output: &Output) -> Result<Option<Predicted>, Failure> {
     output.say(format_args!("{}: {}", scene.name, prediction::who_and_how(scene)));
     let progress = output.progress("predicting");
-    let stability = prediction::analyze(scene)?;
+    let stability = prediction::analyze_until(scene, stop)?;
     drop(progress);
     let Some(stability) = stability else { return Ok(None) };
     output.say(format_args!("predicted: {}", prediction::verdict(&stability)));

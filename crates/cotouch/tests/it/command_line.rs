@@ -222,3 +222,44 @@ const RUN_KEYS: [&str; 35] = [
     "recording",
     "picture",
 ];
+
+/// Starts the program with these words and interrupts it as soon as it listens to that.
+#[cfg(target_os = "linux")]
+fn interrupted(words: &[&str]) -> std::process::Output {
+    use std::process::{Command, Stdio};
+
+    let mut command = Command::new(env!("CARGO_BIN_EXE_cotouch"));
+    let process = command.args(words).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let id = process.id().to_string();
+    // The second bit of the mask of signals that have a handler is SIGINT's.
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{id}/status")).unwrap();
+        let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap().trim();
+        u64::from_str_radix(mask, 16).unwrap() & 2 != 0
+    };
+    while !listens() {
+        std::thread::yield_now();
+    }
+    assert!(Command::new("kill").args(["-INT", &id]).status().unwrap().success());
+    process.wait_with_output().unwrap()
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn an_interrupt_is_heard_before_a_session_has_begun() {
+    let free = std::net::UdpSocket::bind("127.0.0.1:0").unwrap().local_addr().unwrap().to_string();
+    for (words, before) in [
+        (&["join", &free, "--headless", "--no-record"][..], "answered"),
+        (&["run", "grasp", "--headless", "--no-record"], "the prediction was there"),
+        (
+            &["serve", "grasp", "--listen", "127.0.0.1:0", "--headless", "--no-record"],
+            "the prediction was there",
+        ),
+        (&["run", "grasp", "--virtual", "--no-record"], "the prediction was there"),
+    ] {
+        let output = interrupted(words);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(1), "{words:?}: {said}");
+        assert!(said.contains("interrupted before") && said.contains(before), "{words:?}: {said}");
+    }
+}

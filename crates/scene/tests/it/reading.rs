@@ -372,7 +372,7 @@ fn the_hash_is_of_what_hosts_must_agree_on() {
         assert!(!seen.contains(&hash), "{key}");
         seen.push(hash);
     }
-    // Hosts with different versions of this program compare hashes: a change here needs a new protocol version.
+    // By this, hosts with different versions of this program know each other: it changes with every new key.
     insta::assert_snapshot!(format!("{:016x}", seen[0]));
 }
 

@@ -25,7 +25,7 @@ pub(super) fn answer(
     output: &Output,
 ) -> anyhow::Result<()> {
     let progress = output.progress("checking");
-    let check = cross_check(scene, stability, &|share| progress.show(share))?;
+    let check = cross_check(scene, &|share| progress.show(share))?;
     drop(progress);
     let text = text + &in_words(&check, stability.modes.len());
     output.answer_as(&CheckedStability { stability, check: &check }, &text)
@@ -36,15 +36,22 @@ fn in_words(check: &[ModeCheck], modes: usize) -> String {
     for mode in check {
         let contacts =
             if mode.contacts.is_empty() { "no contact".to_owned() } else { mode.contacts.join(" + ") };
+        let place = if mode.place.is_some() { ", where the worst was found" } else { "" };
         let radius = prediction::radius(mode.spectral_radius);
-        let _ =
-            writeln!(text, "{contacts}: {radius}, {} states where receivers share no samples", mode.states);
+        let _ = writeln!(
+            text,
+            "{contacts}{place}: {radius}, {} states where receivers share no samples",
+            mode.states
+        );
         for route in &mode.routes {
             let _ = writeln!(text, "  {:<18} {}", route.name, found(route));
         }
     }
     if check.len() < modes {
-        let _ = writeln!(text, "only the worst of {modes} contact modes was checked");
+        let _ = writeln!(
+            text,
+            "of {modes} contact modes and what was searched from them, these were checked, the largest radius first"
+        );
     }
     text
 }
