@@ -13,6 +13,7 @@ mod scan;
 use cotouch_scene::scene::PlayOut;
 use cotouch_scene::{Scene, with_override};
 
+use crate::outage::outages;
 use crate::stability::analyze_settled;
 use crate::sweep::SweepError;
 use crate::verdict::Stability;
@@ -20,11 +21,16 @@ use found::{Found, go_on};
 
 pub use found::{Cure, DelayAndLoss, GainMargin, Margins, RateMargin};
 
-/// All margins of a scene, on all cores. `progress` is told the share that is done, and says whether to go on.
+/// All margins of a scene, and what outages of these durations (s) do, on all cores. `progress` is told the share that is done, and says
+/// whether to go on.
 ///
 /// # Errors
 /// When the scene cannot be analysed, or `progress` said no.
-pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result<Margins, SweepError> {
+pub fn margins(
+    scene: &Scene,
+    outages_s: &[f64],
+    progress: &(dyn Fn(f64) -> bool + Sync),
+) -> Result<Margins, SweepError> {
     let verdict = analyze_settled(scene)?;
     let mut margins = Margins {
         stable: verdict.each_mode_is_stable(),
@@ -36,6 +42,7 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
         rates: Vec::new(),
         rates_together_hz: None,
         rates_together_factor: None,
+        outages: Vec::new(),
         cures: Vec::new(),
         notes: Vec::new(),
     };
@@ -70,7 +77,12 @@ pub fn margins(scene: &Scene, progress: &(dyn Fn(f64) -> bool + Sync)) -> Result
             100.0 * loss::HIGHEST
         ));
     }
-    margins.delay_and_loss = delay_and_loss(scene, &margins, &|share| progress(0.9 + 0.1 * share))?;
+    margins.delay_and_loss = delay_and_loss(scene, &margins, &|share| progress(0.9 + 0.05 * share))?;
+    if !outages_s.is_empty() {
+        let outages = outages(scene, outages_s, &|share| progress(0.95 + 0.05 * share))?;
+        margins.outages = outages.rows;
+        margins.notes.extend(outages.notes);
+    }
     progress(1.0);
     Ok(margins)
 }

@@ -38,7 +38,7 @@ pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
             [] => analyze::stability(scene, *with_check, overrides, output),
             [x, rest @ ..] => map::map(scene, x, rest.first(), *with_radius, overrides, output),
         },
-        Command::Margin { scene } => margin::margin(scene, overrides, output),
+        Command::Margin { scene, outages_s } => margin::margin(scene, outages_s, overrides, output),
         Command::Damping { scene, user } => transparency::damping(scene, user, overrides, output),
         Command::Admittance { scene, frequencies } => {
             transparency::admittance(scene, frequencies, overrides, output)

@@ -43,7 +43,7 @@ impl Predictor for Analyst {
             }
         }
         if *margin && wanted() {
-            match self.pool.install(|| margins(scene, &|_| wanted())) {
+            match self.pool.install(|| margins(scene, &[], &|_| wanted())) {
                 Ok(margins) => tell(Answer::Margin(json!(margins))),
                 Err(SweepError::GivenUp) => {}
                 Err(error) => tell(Answer::Failed("margin", error.to_string())),
@@ -181,7 +181,7 @@ mod tests {
         };
         let scene = cotouch_scene::load("single-axis", &[]).unwrap();
         assert_eq!(verdict["spectral_radius"], json!(analyze(&scene).unwrap().spectral_radius));
-        assert_eq!(*margin, json!(margins(&scene, &|_| true).unwrap()));
+        assert_eq!(*margin, json!(margins(&scene, &[], &|_| true).unwrap()));
         let [x, y] = ["x", "y"].map(|axis| map[axis]["values"].as_array().unwrap().clone());
         assert_eq!((x.len(), y.len()), (20, 20));
         assert!(!map["boundary"].as_array().unwrap().is_empty());

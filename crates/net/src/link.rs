@@ -11,6 +11,7 @@
 //! - **Reordering**: a packet that overtakes skips the jitter and the queue: it arrives at `t + L`. Where there is neither, there
 //!   is nothing to overtake.
 //! - **Duplication**: a second copy, with a jitter of its own, after the first.
+//! - **Outage**: what is sent in a stretch of the session's time is lost; what is on its way by then arrives.
 
 use std::collections::VecDeque;
 
@@ -34,7 +35,7 @@ pub struct LinkCounts {
     pub sent: u64,
     /// Handed out by [`SimulatedLink::poll_delivery`].
     pub delivered: u64,
-    /// Lost by chance.
+    /// Lost by chance, or in an outage.
     pub lost: u64,
     /// Dropped because the queue was full.
     pub dropped: u64,
@@ -49,6 +50,8 @@ pub struct LinkCounts {
 pub struct SimulatedLink {
     constants: Constants,
     random: Pcg64Mcg,
+    /// When the session's time is 0; not before the session has begun.
+    session_origin_ns: Option<i64>,
     /// Whether the loss chain is in its bad state.
     losing: bool,
     /// When the rate limit lets the next packet go.
@@ -82,6 +85,8 @@ struct Constants {
     reorder_rate: f64,
     duplicate_rate: f64,
     ns_per_byte: f64,
+    outage_from_ns: i64,
+    outage_ns: i64,
 }
 
 impl Constants {
@@ -97,6 +102,8 @@ impl Constants {
             reorder_rate: impairment.reorder_rate,
             duplicate_rate: impairment.duplicate_rate,
             ns_per_byte: if limit > 0.0 { 1e9 / limit } else { 0.0 },
+            outage_from_ns: (impairment.outage_from_s * 1e9).round() as i64,
+            outage_ns: (impairment.outage_duration_s * 1e9).round() as i64,
         }
     }
 }
@@ -106,6 +113,7 @@ impl PartialEq for SimulatedLink {
     fn eq(&self, other: &Self) -> bool {
         self.constants == other.constants
             && self.random == other.random
+            && self.session_origin_ns == other.session_origin_ns
             && self.losing == other.losing
             && self.free_at_ns == other.free_at_ns
             && self.last_arrival_ns == other.last_arrival_ns
@@ -126,6 +134,7 @@ impl SimulatedLink {
         Self {
             constants,
             random,
+            session_origin_ns: None,
             losing,
             free_at_ns: i64::MIN,
             last_arrival_ns: i64::MIN,
@@ -141,10 +150,19 @@ impl SimulatedLink {
         self.constants = Constants::new(impairment);
     }
 
+    /// Says when the session's time is 0, in the time of this link: from then on there are outages.
+    pub fn set_session_origin(&mut self, origin_ns: i64) {
+        self.session_origin_ns = Some(origin_ns);
+    }
+
     /// Sends a packet at `now_ns`, which does not go back from call to call. Allocates only until enough buffers are in
     /// use.
     pub fn send(&mut self, now_ns: i64, bytes: &[u8]) {
         self.counts.sent += 1;
+        if self.is_out(now_ns) {
+            self.counts.lost += 1;
+            return;
+        }
         if self.happens(self.constants.reorder_rate) {
             self.overtake(now_ns, bytes);
             return;
@@ -159,6 +177,12 @@ impl SimulatedLink {
         }
         self.travel_in_order(departure_ns, bytes);
         self.perhaps_twice(departure_ns, bytes);
+    }
+
+    fn is_out(&self, now_ns: i64) -> bool {
+        let Constants { outage_from_ns, outage_ns, .. } = self.constants;
+        let since_ns = |origin_ns: i64| now_ns.saturating_sub(origin_ns).saturating_sub(outage_from_ns);
+        self.session_origin_ns.map(since_ns).is_some_and(|since_ns| (0..outage_ns).contains(&since_ns))
     }
 
     fn overtake(&mut self, now_ns: i64, bytes: &[u8]) {
@@ -309,6 +333,22 @@ mod tests {
     }
 
     #[test]
+    fn in_an_outage_of_the_session_nothing_that_is_sent_arrives() {
+        let impairment =
+            Impairment { latency_s: 0.005, outage_from_s: 0.02, outage_duration_s: 0.03, ..Impairment::NONE };
+        let numbers = |origin_ns: Option<i64>| {
+            let mut link = link(impairment.clone(), 1);
+            origin_ns.into_iter().for_each(|origin_ns| link.set_session_origin(origin_ns));
+            let numbers: Vec<u64> =
+                deliveries(&mut link, 100).into_iter().map(|(number, _)| number).collect();
+            assert_eq!(link.counts().lost, 100 - numbers.len() as u64);
+            numbers
+        };
+        assert_eq!(numbers(None), (0..100).collect::<Vec<_>>(), "the session has not begun");
+        assert_eq!(numbers(Some(10 * MS)), (0..30).chain(60..100).collect::<Vec<_>>());
+    }
+
+    #[test]
     fn jitter_has_its_mean_and_keeps_the_order() {
         // 0.1 ms of jitter at one packet a millisecond: the order is hardly ever enforced, so the mean is the draw's.
         let impairment = Impairment { latency_s: 0.002, jitter_s: 0.0001, ..Impairment::NONE };
@@ -391,6 +431,7 @@ mod tests {
             reorder_rate: 0.1,
             duplicate_rate: 0.1,
             rate_limit_bytes_per_s: 1e6,
+            ..Impairment::NONE
         };
         let mut first = link(impairment.clone(), 9);
         for k in 0..100 {

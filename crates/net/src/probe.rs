@@ -230,6 +230,7 @@ impl ProbeReport {
             reorder_rate: half_share(self.reordered),
             duplicate_rate: half_share(self.duplicates),
             rate_limit_bytes_per_s: 0.0,
+            ..Impairment::NONE
         }
     }
 }

@@ -14,7 +14,7 @@ use std::time::Duration;
 use cotouch_net::{ClockMap, Endpoint, Event, StatePacket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
-use cotouch_scene::time::LocalTime;
+use cotouch_scene::time::{LocalTime, SessionTime};
 
 use crate::clock;
 use crate::priority::{HELPER_STACK_BYTES, raise_network_thread};
@@ -301,6 +301,8 @@ impl Shared {
         protocol.retry_pending();
         let clock = protocol.endpoint.clock();
         if *protocol.clock.input_buffer_mut() != clock {
+            let origin = clock.as_ref().map(|clock| clock.local(SessionTime(0)));
+            origin.into_iter().for_each(|origin| self.transport.set_session_origin(origin));
             protocol.clock.write(clock);
         }
     }

@@ -10,7 +10,7 @@ use cotouch_device::{Device, SimulatedUser};
 use cotouch_net::{Endpoint, Event, MAX_DATAGRAM, SimulatedLink};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
-use cotouch_scene::time::{LocalTime, Rate};
+use cotouch_scene::time::{LocalTime, Rate, SessionTime};
 use cotouch_soft::SoftError;
 
 use crate::exchange::RecordSink;
@@ -18,7 +18,7 @@ use crate::joining::full_session_endpoint;
 use crate::record::TickRecord;
 use crate::slow::{SlowPort, is_simulated_at, slow_simulation};
 use crate::station::{Punctuality, Station};
-use crate::transport::{Transport as _, VirtualNetwork};
+use crate::transport::{Transport as _, VirtualEnd, VirtualNetwork};
 
 const NEVER: i64 = i64::MAX;
 
@@ -211,7 +211,7 @@ impl<D: Device> VirtualSession<D> {
                 // What is for nobody is lost.
                 let _: io::Result<()> = end.send(self.now, transmit.to, &transmit.bytes);
             }
-            host.take_events(self.control);
+            host.take_events(self.control, end);
         }
         any
     }
@@ -225,14 +225,14 @@ impl<D: Device> VirtualSession<D> {
             any = true;
             let host = &mut self.hosts[to.index()];
             host.endpoint.handle_datagram(arrival.at, arrival.from, &buffer[..arrival.length]);
-            host.take_events(self.control);
+            host.take_events(self.control, self.network.end(to));
         }
         any
     }
 }
 
 impl<D: Device> VirtualHost<D> {
-    fn take_events(&mut self, control: Rate) {
+    fn take_events(&mut self, control: Rate, end: VirtualEnd<'_>) {
         while let Some(event) = self.endpoint.poll_event() {
             match event {
                 Event::State { from, packet, .. } => self.station.receive(from, &packet),
@@ -245,6 +245,8 @@ impl<D: Device> VirtualHost<D> {
                 Event::Started { at } => {
                     self.next_tick = control.first_tick_at(at);
                     self.schedule(control);
+                    let clock = self.endpoint.clock();
+                    clock.into_iter().for_each(|clock| end.set_session_origin(clock.local(SessionTime(0))));
                 }
                 _ => {}
             }

@@ -9,6 +9,10 @@ pub const MAX_BODIES: usize = 8;
 /// Most fingers (haptic interface points) of one user.
 pub const MAX_FINGERS: usize = 4;
 
+/// Hosts of a session that do not hear each other try again after so many seconds at most: what has drifted apart while nothing
+/// arrived is to wait no longer than it must.
+pub const MAX_RETRY_S: f64 = 0.125;
+
 /// Most entries of a state packet: a user's fingers and the bodies that move, together.
 pub const MAX_ENTRIES: usize = 10;
 

@@ -146,7 +146,10 @@ fn check_axis(axis: &MapAxis, controls: &[Control]) -> Result<(), String> {
 /// What `running` meets on its links besides what `scene` says.
 fn impairment_besides(scene: &Scene, running: &Scene) -> Settings {
     let keys = ["latency_s", "jitter_s", "loss_rate", "loss_burst_packets", "reorder_rate", "duplicate_rate"];
-    let keys = keys.into_iter().chain(["rate_limit_bytes_per_s"]).map(|key| format!("link.impairment.{key}"));
+    let keys = keys
+        .into_iter()
+        .chain(["rate_limit_bytes_per_s", "outage_from_s", "outage_duration_s"])
+        .map(|key| format!("link.impairment.{key}"));
     keys.filter_map(|key| {
         let number = running.number(&key).filter(|number| scene.number(&key) != Some(*number))?;
         Some((key, Setting::Number(number)))

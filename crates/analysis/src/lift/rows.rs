@@ -30,6 +30,10 @@ impl Rows {
         self.data.fill(value);
     }
 
+    pub(super) fn copy_row(&mut self, from: usize, to: usize) {
+        self.data.copy_within(from * self.columns..(from + 1) * self.columns, to * self.columns);
+    }
+
     pub(super) fn copy_from(&mut self, other: &Self) {
         self.data.copy_from_slice(&other.data);
     }

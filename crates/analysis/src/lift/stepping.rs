@@ -54,6 +54,11 @@ pub(crate) trait Outside {
     /// [`Program::sampled_by`]), added to `acting`, which is zero.
     fn act(&mut self, observed: &Rows, acting: &mut Rows);
 
+    /// Whether the sample that a register would take in this tick is lost: then it keeps the one before.
+    fn loses(&self, _register: usize) -> bool {
+        false
+    }
+
     /// The same tick: the forces on all bodies, before these step. Users may add theirs.
     fn push(&mut self, forces: &mut Rows);
 }
@@ -182,7 +187,11 @@ impl Run {
                         self.let_act(program, outside);
                         has_acted = true;
                     }
-                    self.sample(program, register, step, O::ACTS);
+                    if outside.loses(register) {
+                        self.keep(program, register, step);
+                    } else {
+                        self.sample(program, register, step, O::ACTS);
+                    }
                 }
                 Event::Emit { block, step } => self.emit(program, block, step),
                 Event::Gather { block, weight, is_first } => self.gather(program, block, weight, is_first),
@@ -236,6 +245,15 @@ impl Run {
                 self.taken[program.size + first + number] += 1.0;
             }
             self.samples.row_mut(ring.row(step, number)).copy_from_slice(&self.taken);
+        }
+    }
+
+    /// The sample of a step is that of the step before, which the register must remember ([`Layout::with_memory`]).
+    #[inline(always)]
+    fn keep(&mut self, program: &Program, register: usize, step: i64) {
+        let ring = &program.rings[register];
+        for number in 0..program.registers[register].len() {
+            self.samples.copy_row(ring.row(step - 1, number), ring.row(step, number));
         }
     }
 

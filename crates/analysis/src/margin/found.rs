@@ -3,6 +3,7 @@
 use cotouch_scene::Scene;
 use serde::Serialize;
 
+use crate::outage::Outage;
 use crate::sweep::SweepError;
 use crate::variants::Variants;
 
@@ -34,6 +35,8 @@ pub struct Margins {
     pub rates_together_hz: Option<f64>,
     /// The same over the scene's haptic rate.
     pub rates_together_factor: Option<f64>,
+    /// What hands feel after no packet arrived for a while.
+    pub outages: Vec<Outage>,
     /// Of an unstable scene: single changes that make it stable, the smallest first.
     pub cures: Vec<Cure>,
     /// What to know about these numbers, in plain sentences.

@@ -7,7 +7,7 @@ use cotouch_scene::{Scene, with_override};
 use cotouch_testkit::scenes::{edited, grasp, spring, table_6_1, with_users};
 
 fn of(scene: &Scene) -> Margins {
-    margins(scene, &|_| true).unwrap()
+    margins(scene, &[], &|_| true).unwrap()
 }
 
 fn is_stable(scene: &Scene) -> bool {
@@ -332,7 +332,7 @@ fn who_does_not_want_to_know_any_more_gets_no_margins() {
     let scene = cotouch_scene::load("single-axis", &[]).unwrap();
     let shares = std::sync::Mutex::new(Vec::new());
     let until = |limit: f64| {
-        cotouch_analysis::margins(&scene, &|share| {
+        cotouch_analysis::margins(&scene, &[], &|share| {
             shares.lock().unwrap().push(share);
             share < limit
         })

@@ -78,6 +78,8 @@ pub(crate) enum Command {
     Margin {
         /// The scene.
         scene: String,
+        /// Outages that are told of besides the usual ones, s.
+        outages_s: Vec<f64>,
     },
     /// What held data add to the damping that a user feels.
     Damping {

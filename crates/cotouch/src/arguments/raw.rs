@@ -322,13 +322,25 @@ delays too. A rate is the one at which, from the scene's downwards, the verdict 
 down to 1/64, each alone (the haptic rate no lower than the network rate) and both divided by the same factor. Of an \
 unstable scene it says which change of a single value makes it stable, the smallest first; each was analysed whole.
 
+Stable in the mean square whatever is lost is not harmless: while nothing arrives, copies of an object may drift apart, and come \
+together with a push. The table of outages (one network period, 0.05, 0.6 and 3 s, and those of --outage) tells what hands feel \
+when packets arrive again, for each newton that every finger pushed with since the outage began, all having been at rest before: the \
+largest force; what random pushes lead one to expect; how far things came apart; the energy that the return gives to hands; from \
+which push on the governor's limit cuts the force. It counts how a session treats a silent host: samples are held, after \
+session.peer_timeout_s its coupling fades out, and fades in again when it is heard. `cotouch run` can be made to have such an \
+outage: --impair outage_from_s=3 --impair outage_duration_s=0.6.
+
 Example:
   cotouch analyze margin single-axis
+  cotouch analyze margin single-axis --outage 1.5
   cotouch analyze margin grasp --set link.delay_periods=2")]
     Margin {
         /// A built-in scene or a TOML file
         #[arg(default_value = DEFAULT_SCENE)]
         scene: String,
+        /// Tell of an outage of so many seconds too; may be repeated
+        #[arg(long = "outage", value_name = "S", allow_hyphen_values = true)]
+        outages: Vec<String>,
     },
     /// The viscous damping that a user feels because data are held and late
     #[command(after_help = "\
@@ -773,7 +785,10 @@ impl Analyze {
                 }
                 Command::Stability { scene, sweeps, with_radius: radius, with_check: check }
             }
-            Self::Margin { scene } => Command::Margin { scene },
+            Self::Margin { scene, outages } => Command::Margin {
+                scene,
+                outages_s: outages.iter().map(|text| outage_s(text)).collect::<Result<_, _>>()?,
+            },
             Self::Damping { scene, user } => Command::Damping { scene, user },
             Self::Admittance { scene, frequencies } => {
                 Command::Admittance { scene, frequencies: frequencies.parse().map_err(in_words)? }
@@ -781,6 +796,14 @@ impl Analyze {
             Self::Stiffness { scene } => Command::Stiffness { scene },
         })
     }
+}
+
+/// The longest outage that can be asked about, s.
+const MAX_OUTAGE_S: f64 = 60.0;
+
+fn outage_s(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok().filter(|&seconds: &f64| seconds > 0.0 && seconds <= MAX_OUTAGE_S);
+    seconds.ok_or_else(|| format!("--outage {text} is no duration above 0 and up to {MAX_OUTAGE_S} seconds"))
 }
 
 impl LocalModelCommand {

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use cotouch_analysis::{Cure, DelayAndLoss, GainMargin, Margins, margins};
-use cotouch_scene::Override;
+use cotouch_analysis::{Cure, DelayAndLoss, GainMargin, Margins, Outage, OutageDirection, margins};
+use cotouch_scene::{Override, Scene};
 
 use super::map::failure;
 use super::prediction;
@@ -13,19 +13,39 @@ use crate::output::Output;
 /// Changes that people are shown.
 const MAX_CURES: usize = 3;
 
-/// Says how far a scene is from instability.
-pub(super) fn margin(name: &str, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
+/// Outages that are told of besides one of a network period, s: hardly noticed, until hosts let go of each other, and long after that.
+const OUTAGES_S: [f64; 3] = [0.05, 0.6, 3.0];
+/// A return that pushes so many times as hard as without an outage is worth a sentence.
+const NOTABLE: f64 = 2.0;
+
+/// Says how far a scene is from instability, and what outages do: the usual ones and those of `outages_s`.
+pub(super) fn margin(
+    name: &str,
+    outages_s: &[f64],
+    overrides: &[Override],
+    output: &Output,
+) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let progress = output.progress("analysing");
     let show = |share| {
         progress.show(share);
         true
     };
-    let margins = margins(&scene, &show).map_err(failure)?;
+    let margins = margins(&scene, &durations(&scene, outages_s), &show).map_err(failure)?;
     drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     output.answer_as(&margins, &text(&title, &margins))?;
     Ok(Verdict::Good)
+}
+
+/// The usual durations and others, s, in order.
+fn durations(scene: &Scene, others_s: &[f64]) -> Vec<f64> {
+    let period_s = scene.rates.network_hz.period_s();
+    let mut durations: Vec<f64> =
+        std::iter::once(period_s).chain(OUTAGES_S).chain(others_s.iter().copied()).collect();
+    durations.sort_by(f64::total_cmp);
+    durations.dedup();
+    durations
 }
 
 fn text(title: &str, margins: &Margins) -> String {
@@ -47,6 +67,7 @@ fn text(title: &str, margins: &Margins) -> String {
             together.map(|(hz, factor)| format!("{} Hz of the haptic rate, × {factor:.4}", four_digits(hz)));
         let _ = writeln!(text, "and down to both together      {}", together.unwrap_or_else(untold));
         write_delay_and_loss(&mut text, &margins.delay_and_loss);
+        write_outages(&mut text, &margins.outages, margins.loss_rate);
         let _ = writeln!(
             text,
             "\n{:<58} {:>10} {:>12} {:>12}",
@@ -77,6 +98,80 @@ fn write_delay_and_loss(text: &mut String, rows: &[DelayAndLoss]) {
     for DelayAndLoss { delay_periods, loss_rate } in rows {
         let loss = loss_rate.map_or_else(|| "unknown".to_owned(), |rate| format!("{:.3} %", 100.0 * rate));
         let _ = writeln!(text, "{delay_periods:<28} {loss:>12}");
+    }
+}
+
+fn write_outages(text: &mut String, outages: &[Outage], loss_rate: Option<f64>) {
+    if outages.is_empty() {
+        return;
+    }
+    let _ = writeln!(
+        text,
+        "\n{:<24} {:>10} {:>10} {:>10} {:>10} {:>14}   felt by",
+        "outage, s", "N per N", "expected", "m per N", "J per N²", "limited from N"
+    );
+    for outage in outages {
+        let direction = match outage.direction {
+            OutageDirection::Both => "both ways",
+            OutageDirection::OneWay => "one way",
+        };
+        let what = format!("{} {direction}", four_digits(outage.duration_s));
+        let worst = &outage.worst;
+        let limited = outage.limited_from_n.map_or_else(|| "-".to_owned(), figure);
+        let _ = writeln!(
+            text,
+            "{what:<24} {:>10} {:>10} {:>10} {:>10} {limited:>14}   {}.finger{} along {}",
+            figure(outage.peak_force_n_per_n),
+            figure(outage.expected_force_n_per_n),
+            figure(outage.excursion_m_per_n),
+            figure(outage.energy_j_per_n2),
+            worst.user,
+            worst.finger,
+            worst.axis,
+        );
+    }
+    let _ = writeln!(text, "{}", what_an_outage_does(outages, loss_rate));
+}
+
+/// In a sentence.
+fn what_an_outage_does(outages: &[Outage], loss_rate: Option<f64>) -> String {
+    let both = outages.iter().filter(|outage| outage.direction == OutageDirection::Both);
+    let is_notable =
+        |outage: &&Outage| outage.peak_force_n_per_n >= NOTABLE * outage.undisturbed_force_n_per_n;
+    let told = |outage: &Outage| {
+        format!(
+            "after {} s without packets the return pushes with up to {} N for each newton that a hand pushed meanwhile ({} N without \
+             an outage).",
+            four_digits(outage.duration_s),
+            figure(outage.peak_force_n_per_n),
+            figure(outage.undisturbed_force_n_per_n)
+        )
+    };
+    match (both.clone().find(is_notable), loss_rate) {
+        (Some(outage), Some(rate)) if rate >= 1.0 => {
+            format!(
+                "No limit of loss in the mean square; but things come apart while nothing arrives: {}",
+                told(outage)
+            )
+        }
+        (Some(outage), _) => format!("Things come apart while nothing arrives: {}", told(outage)),
+        (None, _) => {
+            both.last().map_or_else(String::new, |outage| format!("Outages do little here: {}", told(outage)))
+        }
+    }
+}
+
+/// With three digits, large and small.
+fn figure(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return format!("{value}");
+    }
+    let exponent = value.abs().log10().floor();
+    if (-3.0..5.0).contains(&exponent) {
+        let digits = (2.0 - exponent).max(0.0) as usize;
+        format!("{value:.digits$}")
+    } else {
+        format!("{value:.2e}")
     }
 }
 
@@ -118,7 +213,7 @@ mod tests {
     fn an_unstable_scene_says_so_and_what_would_make_it_stable() {
         let settings = ["link.delay_periods=9".parse().unwrap()];
         let scene = cotouch_scene::load("single-axis", &settings).unwrap();
-        let margins = margins(&scene, &|_| true).unwrap();
+        let margins = margins(&scene, &[], &|_| true).unwrap();
         let text = text("title", &margins);
         assert!(text.contains("unstable") && text.contains("note: ") && !text.contains("up to"), "{text}");
         let line = text.lines().find(|line| line.starts_with("link.delay_periods")).unwrap();
@@ -126,9 +221,23 @@ mod tests {
     }
 
     #[test]
+    fn outages_are_told_where_loss_has_no_limit() {
+        let scene = cotouch_scene::load("single-axis", &[]).unwrap();
+        let durations = durations(&scene, &[1.0, 0.6]);
+        assert_eq!(durations, [0.0078125, 0.05, 0.6, 1.0, 3.0]);
+        let margins = margins(&scene, &durations, &|_| true).unwrap();
+        let text = text("title", &margins);
+        assert!(text.contains("No limit of loss in the mean square; but"), "{text}");
+        assert!(text.contains("after 0.6000 s without packets the return pushes with up to"), "{text}");
+        let rows = text.lines().filter(|line| line.contains("both ways") || line.contains("one way"));
+        assert_eq!(rows.count(), 10, "{text}");
+        assert_eq!(["0.00512", "12.3", "123", "1.23e7"], [0.005_12, 12.34, 123.4, 12_340_000.0].map(figure));
+    }
+
+    #[test]
     fn loss_is_told_beside_delay() {
         let scene = cotouch_scene::load("single-axis-centralized", &[]).unwrap();
-        let margins = margins(&scene, &|_| true).unwrap();
+        let margins = margins(&scene, &[], &|_| true).unwrap();
         let rows = &margins.delay_and_loss;
         assert!(rows.len() > 1 && rows[0].loss_rate == margins.loss_rate, "{rows:?}");
         let text = text("title", &margins);

@@ -7,6 +7,7 @@ mod command_line;
 mod falsification;
 mod grasps;
 mod growth;
+mod outages;
 mod probe;
 mod program;
 mod scenes;

@@ -1,6 +1,7 @@
 //! What an endpoint remembers of another.
 
 use arrayvec::ArrayVec;
+use cotouch_scene::limits::MAX_RETRY_S;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
@@ -9,8 +10,8 @@ use crate::message::PeerId;
 use crate::route::Route;
 use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 
-/// Between pings of peers that are present and send states too: about 8 Hz.
-pub(super) const PING_PERIOD_NS: i64 = 125 * MILLISECOND;
+/// Between pings of peers that are present and send states too, and at most between those of others: 8 Hz.
+pub(super) const PING_PERIOD_NS: i64 = (MAX_RETRY_S * 1e9) as i64;
 /// Between pings while the clock is not agreed upon.
 const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
 /// Pings that may wait for their answers: 2 s of round trip.
@@ -148,7 +149,7 @@ impl Peer {
         [Some(self.next_ping), silence, roster].into_iter().flatten().min()
     }
 
-    /// A ping goes out; while the peer is present, the next does after `period_ns`.
+    /// A ping goes out; while the peer is present, the next does after `period_ns`, else no later than that.
     pub(super) fn note_ping(&mut self, now: LocalTime, in_burst: bool, period_ns: i64) {
         if self.open_pings.is_full() {
             self.open_pings.remove(0);
@@ -157,7 +158,7 @@ impl Peer {
         let pause_ns = match self.presence {
             _ if in_burst && self.unanswered < MAX_BURST => BURST_PERIOD_NS,
             Presence::Present => period_ns,
-            _ => Backoff::pause_after(self.unanswered),
+            _ => Backoff::pause_after(self.unanswered).min(period_ns),
         };
         self.unanswered = self.unanswered.saturating_add(1);
         self.next_ping = now.plus_ns(pause_ns);

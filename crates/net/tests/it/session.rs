@@ -94,6 +94,7 @@ fn impairments() -> impl Strategy<Value = Impairment> {
             reorder_rate,
             duplicate_rate,
             rate_limit_bytes_per_s: limit,
+            ..Impairment::NONE
         }
     })
 }

@@ -15,33 +15,40 @@ const MAX_DESTINATIONS: usize = 32;
 
 /// A transport whose datagrams go over simulated links before they go out, one link a destination.
 pub struct Impaired<T: ?Sized> {
-    /// Nothing before the first impairment.
-    ways: Mutex<Option<Ways>>,
+    state: Mutex<State>,
     inner: Box<T>,
+}
+
+/// What is impaired, and since when the session's time counts.
+struct State {
+    /// Nothing before the first impairment.
+    ways: Option<Ways>,
+    session_origin: Option<LocalTime>,
 }
 
 impl<T: Transport + ?Sized> Impaired<T> {
     /// `inner`, with no impairment yet.
     #[must_use]
     pub const fn new(inner: Box<T>) -> Self {
-        Self { ways: Mutex::new(None), inner }
+        Self { state: Mutex::new(State { ways: None, session_origin: None }), inner }
     }
 
     /// From now on every way out meets this impairment; datagrams on their way arrive as they would have. At the first
     /// call `from`, which is this host, and `seed` choose the random numbers.
     pub fn impair(&self, impairment: &Impairment, seed: u64, from: HostIndex) {
-        let mut ways = self.ways();
-        match &mut *ways {
+        let State { ways, session_origin } = &mut *self.state();
+        match ways {
             Some(ways) => ways.change(impairment),
             None if *impairment == Impairment::NONE => {}
             None => {
-                *ways = Some(Ways { impairment: impairment.clone(), seed, from, links: Vec::new() });
+                let (impairment, session_origin) = (impairment.clone(), *session_origin);
+                *ways = Some(Ways { impairment, seed, from, session_origin, links: Vec::new() });
             }
         }
     }
 
-    fn ways(&self) -> MutexGuard<'_, Option<Ways>> {
-        self.ways.lock().unwrap_or_else(PoisonError::into_inner)
+    fn state(&self) -> MutexGuard<'_, State> {
+        self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -51,11 +58,19 @@ impl<T: Transport + ?Sized> Transport for Impaired<T> {
     }
 
     fn send(&self, now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
-        if let Some(ways) = self.ways().as_mut().filter(|ways| !ways.are_clear()) {
+        if let Some(ways) = self.state().ways.as_mut().filter(|ways| !ways.are_clear()) {
             ways.send(now, to, bytes);
             return Ok(());
         }
         self.inner.send(now, to, bytes)
+    }
+
+    fn set_session_origin(&self, origin: LocalTime) {
+        let mut state = self.state();
+        state.session_origin = Some(origin);
+        state.ways.iter_mut().for_each(|ways| ways.set_session_origin(origin));
+        drop(state);
+        self.inner.set_session_origin(origin);
     }
 
     fn receive(&self, now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>> {
@@ -63,7 +78,7 @@ impl<T: Transport + ?Sized> Transport for Impaired<T> {
     }
 
     fn send_due(&self, now: LocalTime) -> Option<LocalTime> {
-        let held_back = self.ways().as_mut().and_then(|ways| {
+        let held_back = self.state().ways.as_mut().and_then(|ways| {
             ways.send_due(now, &*self.inner);
             ways.next_due()
         });
@@ -76,6 +91,7 @@ struct Ways {
     impairment: Impairment,
     seed: u64,
     from: HostIndex,
+    session_origin: Option<LocalTime>,
     links: Vec<(Route, SimulatedLink)>,
 }
 
@@ -83,6 +99,11 @@ impl Ways {
     fn change(&mut self, impairment: &Impairment) {
         self.impairment = impairment.clone();
         self.links.iter_mut().for_each(|(_, link)| link.set_impairment(impairment));
+    }
+
+    fn set_session_origin(&mut self, origin: LocalTime) {
+        self.session_origin = Some(origin);
+        self.links.iter_mut().for_each(|(_, link)| link.set_session_origin(origin.0));
     }
 
     /// Whether datagrams meet nothing, and none is on its way.
@@ -97,7 +118,9 @@ impl Ways {
             }
             // Destinations in the order in which they are first used: the same run, the same random numbers.
             let index = HostIndex(self.links.len() as u8);
-            self.links.push((to, SimulatedLink::new(&self.impairment, self.seed, self.from, index)));
+            let mut link = SimulatedLink::new(&self.impairment, self.seed, self.from, index);
+            self.session_origin.iter().for_each(|origin| link.set_session_origin(origin.0));
+            self.links.push((to, link));
             self.links.len() - 1
         });
         self.links[index].1.send(now.0, bytes);

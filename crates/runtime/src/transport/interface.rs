@@ -45,6 +45,9 @@ pub trait Transport {
     /// When nothing can be received any more. That a peer is gone is none.
     fn receive(&self, now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>>;
 
+    /// Says at which local time the session's time is 0, for a transport that does something at times of the session.
+    fn set_session_origin(&self, _origin: LocalTime) {}
+
     /// Sends what was held back until `now`, and says when it wants to be called again at the latest.
     fn send_due(&self, _now: LocalTime) -> Option<LocalTime> {
         None

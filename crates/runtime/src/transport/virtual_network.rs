@@ -88,6 +88,11 @@ impl Transport for VirtualEnd<'_> {
         Ok(())
     }
 
+    fn set_session_origin(&self, origin: LocalTime) {
+        let ways = HostIndex::all(self.network.users).map(|to| self.network.way(self.host, to));
+        ways.for_each(|way| self.network.links[way].borrow_mut().set_session_origin(origin.0));
+    }
+
     fn receive(&self, now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>> {
         let receive = |from| {
             let mut link = self.network.links[self.network.way(from, self.host)].borrow_mut();

@@ -8,6 +8,7 @@ use crate::value::{Field as _, Value};
 
 const SHARE: Kind = Kind::Number { min: 0.0, max: 1.0 };
 const TRANSIT: Kind = Kind::Number { min: 0.0, max: 10.0 };
+const OUTAGE: Kind = Kind::Number { min: 0.0, max: 1e6 };
 const HOST: Kind = Kind::Count { min: 1, max: MAX_USERS as u64 };
 
 const INDEPENDENT_LOSS: Fallback<Impairment> = Derived {
@@ -25,6 +26,8 @@ pub(crate) static IMPAIRMENT: &[Key<Impairment>] = &[
     Key::new("reorder_rate", SHARE, Is("0"), "", "Share of packets that overtake: they skip the jitter and the queue's order.", at!(reorder_rate)),
     Key::new("duplicate_rate", SHARE, Is("0"), "", "Share of packets that arrive twice.", at!(duplicate_rate)),
     Key::new("rate_limit_bytes_per_s", Kind::Number { min: 0.0, max: 1e12 }, Is("0"), "bytes/s", "What passes at most; 0 means no limit.", at!(rate_limit_bytes_per_s)),
+    Key::new("outage_from_s", OUTAGE, Is("0"), "s", "Session time from which on, for outage_duration_s, no packet that is sent arrives.", at!(outage_from_s)),
+    Key::new("outage_duration_s", OUTAGE, Is("0"), "s", "How long that lasts; 0 means no outage.", at!(outage_duration_s)),
 ];
 
 /// `[[link.way]]`, next to [`IMPAIRMENT`].

@@ -60,6 +60,10 @@ pub struct Impairment {
     pub duplicate_rate: f64,
     /// Bytes a second that pass; 0 means no limit.
     pub rate_limit_bytes_per_s: f64,
+    /// From this session time on no packet that is sent arrives, s.
+    pub outage_from_s: f64,
+    /// For so long, s; 0 means that there is no outage.
+    pub outage_duration_s: f64,
 }
 
 impl Impairment {
@@ -72,5 +76,7 @@ impl Impairment {
         reorder_rate: 0.0,
         duplicate_rate: 0.0,
         rate_limit_bytes_per_s: 0.0,
+        outage_from_s: 0.0,
+        outage_duration_s: 0.0,
     };
 }

@@ -59,6 +59,8 @@ fn impairment() -> impl Strategy<Value = Impairment> {
                 reorder_rate,
                 duplicate_rate: 1.0 - reorder_rate,
                 rate_limit_bytes_per_s: latency_s * 1e5,
+                outage_from_s: jitter_s * 3.0,
+                outage_duration_s: jitter_s,
             }
         },
     )

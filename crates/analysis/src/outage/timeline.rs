@@ -1,0 +1,246 @@
+//! Who hears whom in an outage, tick by tick, as a running session notices it.
+//!
+//! In an outage packets that are sent do not arrive. A receiver goes on with the sample that it holds; after
+//! `session.peer_timeout_s` without a word it takes the sender for gone, lets its coupling to it fade out within
+//! `session.peer_fade_s` and sends it nothing any more. Once hosts hear each other again (they try every [`MAX_RETRY_S`]), the
+//! coupling fades in as slowly, from the first sample on that is used after it had faded out. A client of a centralized session that does not
+//! hear its server has its force released by the governor, and back through a soft start.
+
+use cotouch_scene::limits::MAX_RETRY_S;
+use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::{Architecture, SceneValues};
+use cotouch_scene::time::Schedule;
+
+use crate::compile::delay;
+use crate::loop_spec::tick_of_step;
+
+/// A share of a tick within which an instant counts as that tick's.
+const TICK_ACCURACY: f64 = 1e-6;
+
+/// Whose packets do not arrive.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Silent {
+    Everybody,
+    Only(HostIndex),
+}
+
+impl Silent {
+    fn covers(self, host: HostIndex) -> bool {
+        self == Self::Everybody || self == Self::Only(host)
+    }
+}
+
+/// The network steps whose packets are lost.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct LostSteps {
+    pub(super) first: i64,
+    pub(super) count: i64,
+}
+
+/// An outage, in ticks.
+#[derive(Clone, Debug)]
+pub(super) struct Timeline {
+    /// When it begins, and the first network step after it.
+    pub(super) begins: i64,
+    pub(super) ends: i64,
+    /// From when on hosts that lost each other take each other for gone; none where nobody does.
+    pub(super) lets_go: Option<i64>,
+    /// From when on everything is as it was before.
+    pub(super) is_over: i64,
+    users: u8,
+    /// From host `from` to host `to` at `to·users + from`.
+    ways: Vec<Way>,
+    fade_per_tick: f64,
+    release_ticks: i64,
+    soft_start_ticks: i64,
+}
+
+/// The way to one host from another.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Way {
+    /// Samples that would be taken from the first of these ticks on and before the second never arrive.
+    lost: Option<(i64, i64)>,
+    gone: Option<Gone>,
+}
+
+/// When a receiver takes a sender for gone, hears it again, and when the first sample is taken and used with which its coupling
+/// fades in.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Gone {
+    from: i64,
+    heard: i64,
+    sampled: i64,
+    rises: i64,
+}
+
+/// What the governor of a client makes of a force F, given the one F₀ that it let through last before its release.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Governed {
+    /// So much of F.
+    Present(f64),
+    /// So much of F₀.
+    Former(f64),
+}
+
+/// How a session makes out that a host is gone.
+struct Notice<'a> {
+    scene: &'a SceneValues,
+    schedule: Schedule,
+    lost: LostSteps,
+}
+
+impl Timeline {
+    /// Of an outage in which packets of these steps are lost. Where the loop does not know of fades, samples are held throughout.
+    pub(super) fn new(scene: &SceneValues, silent: Silent, lost: LostSteps, fades: bool) -> Self {
+        let schedule = scene.schedule();
+        let period_s = schedule.control().period_s();
+        let ticks = |seconds: f64| schedule.control().ticks_in(seconds) as i64;
+        let (begins, ends) =
+            (tick_of_step(&schedule, lost.first), tick_of_step(&schedule, lost.first + lost.count));
+        let mut timeline = Self {
+            begins,
+            ends,
+            lets_go: None,
+            is_over: ends,
+            users: scene.session.users,
+            ways: vec![Way::default(); usize::from(scene.session.users).pow(2)],
+            fade_per_tick: period_s / scene.session.peer_fade_s.max(period_s),
+            release_ticks: ticks(scene.governor.release_s),
+            soft_start_ticks: ticks(scene.governor.soft_start_s),
+        };
+        let notice = Notice { scene, schedule, lost };
+        for to in scene.hosts() {
+            for from in to.others(scene.session.users).filter(|&from| silent.covers(from)) {
+                timeline.cut(&notice, to, from, silent, fades);
+            }
+        }
+        timeline
+    }
+
+    /// Nothing is lost: the same ticks without an outage.
+    pub(super) fn without_outage(scene: &SceneValues, first: i64) -> Self {
+        Self::new(scene, Silent::Everybody, LostSteps { first, count: 0 }, false)
+    }
+
+    fn cut(&mut self, notice: &Notice<'_>, to: HostIndex, from: HostIndex, silent: Silent, fades: bool) {
+        let gone = if fades { notice.gone(to, from, silent, self.fade_ticks()) } else { None };
+        let until = gone.map_or(self.ends, |gone| gone.sampled);
+        *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone };
+        let Some(gone) = gone else { return };
+        if silent != Silent::Everybody {
+            // Who takes a host for gone sends it nothing; its pings still tell that it is there.
+            let until = gone.heard + i64::from(!notice.answers_at_once(to, from));
+            self.way_mut(from, to).lost = Some((gone.from, until));
+        }
+        self.lets_go = Some(self.lets_go.map_or(gone.from, |first| first.min(gone.from)));
+        let soft_start = (gone.from + self.release_ticks.max(1)).max(gone.heard) + self.soft_start_ticks;
+        self.is_over = self.is_over.max(gone.rises + self.fade_ticks()).max(soft_start);
+    }
+
+    /// Ticks in which a coupling fades out.
+    fn fade_ticks(&self) -> i64 {
+        (self.fade_per_tick.recip() - TICK_ACCURACY).ceil() as i64
+    }
+
+    fn way(&self, to: HostIndex, from: HostIndex) -> Way {
+        self.ways[to.index() * usize::from(self.users) + from.index()]
+    }
+
+    fn way_mut(&mut self, to: HostIndex, from: HostIndex) -> &mut Way {
+        &mut self.ways[to.index() * usize::from(self.users) + from.index()]
+    }
+
+    /// Whether a sample that is taken at this tick never arrives.
+    pub(super) fn loses(&self, to: HostIndex, from: HostIndex, tick: i64) -> bool {
+        self.way(to, from).lost.is_some_and(|(first, end)| (first..end).contains(&tick))
+    }
+
+    /// How far a host's coupling to another has faded in at a tick, 0 to 1.
+    pub(super) fn fade(&self, to: HostIndex, from: HostIndex, tick: i64) -> f64 {
+        let Some(gone) = self.way(to, from).gone else { return 1.0 };
+        let share = |since: i64| ((tick - since + 1) as f64 * self.fade_per_tick).clamp(0.0, 1.0);
+        if tick >= gone.rises { share(gone.rises) } else { 1.0 - share(gone.from) }
+    }
+
+    pub(super) const fn users(&self) -> u8 {
+        self.users
+    }
+
+    /// How many peers are there for a host, those that fade by their share.
+    pub(super) fn present_peers(&self, to: HostIndex, tick: i64) -> f64 {
+        to.others(self.users).map(|from| self.fade(to, from, tick)).sum()
+    }
+
+    /// What the governor of a client makes of its force at a tick.
+    pub(super) fn governed(&self, client: HostIndex, tick: i64) -> Governed {
+        let Some(gone) = self.way(client, HostIndex::FIRST).gone else { return Governed::Present(1.0) };
+        let smooth_step = |ticks: i64, all: i64| {
+            let share = ticks as f64 / all as f64;
+            share * share * (3.0 - 2.0 * share)
+        };
+        let released = gone.from + self.release_ticks.max(1);
+        let soft_start = released.max(gone.heard);
+        match tick {
+            _ if tick < gone.from => Governed::Present(1.0),
+            _ if tick + 1 < released => {
+                Governed::Former(1.0 - smooth_step(tick - gone.from + 1, self.release_ticks))
+            }
+            _ if tick < soft_start => Governed::Present(0.0),
+            _ if tick < soft_start + self.soft_start_ticks => {
+                Governed::Present(smooth_step(tick - soft_start, self.soft_start_ticks))
+            }
+            _ => Governed::Present(1.0),
+        }
+    }
+}
+
+impl Notice<'_> {
+    fn instant_s(&self, step: i64) -> f64 {
+        tick_of_step(&self.schedule, step) as f64 * self.schedule.control().period_s()
+    }
+
+    fn tick_at(&self, instant_s: f64) -> i64 {
+        (instant_s * self.schedule.control().hz() - TICK_ACCURACY).ceil() as i64
+    }
+
+    fn latency_s(&self, to: HostIndex, from: HostIndex) -> f64 {
+        self.scene.impairment(from, to).latency_s
+    }
+
+    /// Whether `to` hears `from` before it sends at the same instant: what comes at the very instant of a sample is heard after that
+    /// was taken, but a server answers later.
+    fn answers_at_once(&self, to: HostIndex, from: HostIndex) -> bool {
+        let is_server =
+            self.scene.session.architecture == Architecture::Centralized && to == HostIndex::FIRST;
+        is_server || self.latency_s(to, from) > 0.0
+    }
+
+    /// When `to` takes `from` for gone, if it does, and hears it again at the latest.
+    fn gone(&self, to: HostIndex, from: HostIndex, silent: Silent, fade_ticks: i64) -> Option<Gone> {
+        let LostSteps { first, count } = self.lost;
+        let timeout_s = self.scene.session.peer_timeout_s;
+        let (before_s, after_s) = (self.instant_s(first - 1), self.instant_s(first + count));
+        if count == 0 || after_s - before_s < timeout_s {
+            return None;
+        }
+        let (latency_s, back_s) = (self.latency_s(to, from), self.latency_s(from, to));
+        let from_tick = self.tick_at(before_s + latency_s + timeout_s);
+        // One that still hears the other goes on sending. Else the first ping that gets through tells one of both, and its answer
+        // the other; then both send again.
+        let (sends, heard) = match silent {
+            Silent::Only(_) => (self.tick_at(after_s), self.tick_at(after_s + latency_s)),
+            Silent::Everybody => {
+                let both_hear = self.tick_at(after_s + MAX_RETRY_S + latency_s + back_s);
+                (both_hear, both_hear)
+            }
+        };
+        let (transit, faded_out) = (self.tick_at(latency_s), from_tick + fade_ticks - 1);
+        let mut step = first + count;
+        let sampled = |step| tick_of_step(&self.schedule, step);
+        while sampled(step) < sends || sampled(step) + transit <= faded_out {
+            step += 1;
+        }
+        let used = delay(self.scene, from, to).tick_of_use(&self.schedule, step);
+        Some(Gone { from: from_tick, heard, sampled: sampled(step), rises: used.max(heard) })
+    }
+}
