@@ -48,6 +48,17 @@ pub(super) fn unmodelled(scene: &Scene) -> Vec<LeftOut> {
             format!("the constant part of the latency is taken, and {used}"),
         ));
     }
+    let cut = ways.iter().filter(|way| way.impairment.outage_duration_s > 0.0);
+    if let Some(worst) = worst(cut, |way| way.impairment.outage_duration_s) {
+        left_out.push(LeftOut::new(
+            format!(
+                "An outage of {} s ({})",
+                worst.impairment.outage_duration_s,
+                worst.key("outage_duration_s")
+            ),
+            "every sample is taken to arrive; what comes of an outage is told by `cotouch analyze margin`",
+        ));
+    }
     let limited = ways.iter().find(|way| way.impairment.rate_limit_bytes_per_s > 0.0);
     if let Some(way) = limited {
         left_out.push(LeftOut::new(

@@ -69,6 +69,7 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
             &["link.impairment.rate_limit_bytes_per_s=1e5"],
             &["link.impairment.rate_limit_bytes_per_s"],
         ),
+        ("single-axis", &["link.impairment.outage_duration_s=0.6"], &["link.impairment.outage_duration_s"]),
         ("soft-block", &["local_model.stiffness_from=estimate"], &["local_model.stiffness_from"]),
     ];
     for (name, set, expected) in rows {
