@@ -62,7 +62,7 @@ pub(crate) struct Covered {
     pub(crate) left_out: Vec<LeftOut>,
     /// All sets of contacts that were judged.
     pub(crate) judged: JudgedSets,
-    /// The loops behind the two figures: of the mode with the largest radius, and of what comes nearest to swinging ever more.
+    /// The loops behind the two figures: of the mode that has the spectral radius, and of what comes nearest to swinging ever more.
     pub(crate) critical: Vec<CriticalLoop>,
 }
 
@@ -138,7 +138,8 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let largest = |&one: &usize, &other: &usize| {
         modes[one].spectral_radius.total_cmp(&modes[other].spectral_radius).then(other.cmp(&one))
     };
-    let headline = (0..modes.len()).max_by(largest).map_or(&untouched.0, |mode| &candidates[mode]);
+    let counted = (0..modes.len()).filter(|&mode| modes[mode].spectral_radius <= spectral_radius);
+    let headline = counted.max_by(largest).map_or(&untouched.0, |mode| &candidates[mode]);
     let mut critical = Vec::from_iter(study.critical(headline, None)?);
     if study.names(nearest) != study.names(headline) || !nearest.touches_as(headline) {
         critical.extend(study.critical(nearest, worst.place.clone())?);
