@@ -12,6 +12,9 @@ use crate::verdict::AnalysisError;
 /// Of a factor, relative.
 const ACCURACY: f64 = 1e-3;
 
+/// A smaller factor is none.
+const NO_DISTANCE: f64 = 1.0 + ACCURACY;
+
 /// All sets of contacts that were judged, hands as scripts hold them, and those from which other hands were searched.
 pub(crate) struct JudgedSets {
     pub(super) reach: Reach,
@@ -30,7 +33,7 @@ impl JudgedSets {
     }
 
     /// The largest factor, at most `upper`, at which every set is stable, and so are the worst with hands that are held otherwise:
-    /// to 1e-3, on the stable side. All are judged at that factor and half-way to it, those that are unstable there are
+    /// to 1e-3, on the stable side; 1 where one is unstable already. All are judged at that factor and half-way to it, those that are unstable there are
     /// bisected, and all are judged again.
     ///
     /// # Errors
@@ -48,6 +51,10 @@ impl JudgedSets {
             let Some((mut factor, mut unstable)) = found.transpose()? else { return Ok(upper) };
             while !unstable.is_empty() {
                 factor = self.crossing(stiffer, &unstable[0], factor)?;
+                if factor <= NO_DISTANCE {
+                    // With hands held as the search held them at a larger factor, it may grow as the scene is.
+                    return Ok(factor);
+                }
                 unstable = self.worst_first(&stiffer(factor), unstable)?;
             }
             upper = factor;
