@@ -3,7 +3,7 @@
 //! None that is called stable may keep shaking or diverge, and hands must make most of those called unstable do so. The
 //! sentence that fails names the seed and has the scene, hands included, as a file that `cotouch run FILE --virtual` repeats.
 //!
-//! `cargo test` tries a hundred. A thousand, or any, on all cores:
+//! A hundred small ones, and then a thousand or any, on all cores:
 //! `SEEDS=0..1000 cargo test --release -p cotouch --test it falsification -- --ignored --nocapture`
 
 mod hands;
@@ -87,6 +87,7 @@ fn tell_what_was_left_open(trials: &[Trial]) {
 }
 
 #[test]
+#[ignore = "a hundred random scenes: some minutes without optimisation"]
 fn no_verdict_of_a_hundred_random_scenes_is_wrong() {
     search(0..100, Crowd::Small, 20.0);
 }
