@@ -96,6 +96,19 @@ export async function openPage(
   };
 }
 
+/** Stops the page's time, which runs until then, soon: later where the machine is too busy to stop it sooner. */
+export async function stopClock(page: Page): Promise<void> {
+  for (let lead_ms = 100; ; lead_ms *= 3) {
+    const at = await page.evaluate((lead_ms) => Date.now() + lead_ms, lead_ms);
+    try {
+      return await page.clock.pauseAt(at);
+    } catch (error) {
+      // The instant had passed before the page heard of it.
+      if (lead_ms > 5000) throw error;
+    }
+  }
+}
+
 /** Lets so much of the page's time pass, with every timer and frame in order, whatever the machine has time for. */
 export async function pass(page: Page, time_ms: number): Promise<void> {
   await page.clock.runFor(time_ms);

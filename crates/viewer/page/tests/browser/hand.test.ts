@@ -5,7 +5,7 @@ import type { Picture } from "../../src/picture.ts";
 import type { About, SeatsMessage, Vector } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { GRASP, LINE, picture, session } from "../examples.ts";
-import { draw, launch, openPage, openTools, pass, passUntil, type FakeServer } from "../harness.ts";
+import { draw, launch, openPage, openTools, pass, passUntil, stopClock, type FakeServer } from "../harness.ts";
 
 let browser: Browser;
 before(async () => { browser = await launch(); });
@@ -23,7 +23,7 @@ async function open(about: About, free = false): Promise<FakeServer> {
   server.send(seats(about, !free));
   await draw(server, picture(about, 0));
   // From here on keys and pointers act at instants that the test chooses.
-  await server.page.clock.pauseAt(await server.page.evaluate(() => Date.now() + 100));
+  await stopClock(server.page);
   if (!free) await take(server);
   return server;
 }
