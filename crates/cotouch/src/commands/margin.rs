@@ -135,7 +135,7 @@ fn write_outages(text: &mut String, outages: &[Outage], loss_rate: Option<f64>) 
 
 /// In a sentence.
 fn what_an_outage_does(outages: &[Outage], loss_rate: Option<f64>) -> String {
-    let both = outages.iter().filter(|outage| outage.direction == OutageDirection::Both);
+    let mut both = outages.iter().filter(|outage| outage.direction == OutageDirection::Both);
     let is_notable =
         |outage: &&Outage| outage.peak_force_n_per_n >= NOTABLE * outage.undisturbed_force_n_per_n;
     let told = |outage: &Outage| {
@@ -155,9 +155,9 @@ fn what_an_outage_does(outages: &[Outage], loss_rate: Option<f64>) -> String {
             )
         }
         (Some(outage), _) => format!("Things come apart while nothing arrives: {}", told(outage)),
-        (None, _) => {
-            both.last().map_or_else(String::new, |outage| format!("Outages do little here: {}", told(outage)))
-        }
+        (None, _) => both
+            .next_back()
+            .map_or_else(String::new, |outage| format!("Outages do little here: {}", told(outage))),
     }
 }
 
