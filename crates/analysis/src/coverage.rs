@@ -135,15 +135,12 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
     let (nearest, judged) = nearest.unwrap_or(&untouched);
     let worst = study.worst(nearest, *judged);
-    let largest = |&one: &usize, &other: &usize| {
-        modes[one].spectral_radius.total_cmp(&modes[other].spectral_radius).then(other.cmp(&one))
-    };
     let counted = (0..modes.len()).filter(|&mode| modes[mode].spectral_radius <= spectral_radius);
-    let headline = counted.max_by(largest).map_or(&untouched.0, |mode| &candidates[mode]);
-    let mut critical = Vec::from_iter(study.critical(headline, None)?);
-    if study.names(nearest) != study.names(headline) || !nearest.touches_as(headline) {
-        critical.extend(study.critical(nearest, worst.place.clone())?);
-    }
+    let largest = counted.max_by(|&one, &other| {
+        modes[one].spectral_radius.total_cmp(&modes[other].spectral_radius).then(other.cmp(&one))
+    });
+    let headline = largest.map_or(&untouched.0, |mode| &candidates[mode]);
+    let critical = study.critical_loops(headline, nearest, &worst)?;
     let judged = study.judged_sets(&bodies, &found, &lasting);
     Ok(Covered { modes, spectral_radius, worst, left_out, judged, critical })
 }
@@ -340,6 +337,20 @@ impl Study<'_> {
             place: (!places.is_empty()).then_some(places),
             gain: self.worst_gain(candidate),
         }
+    }
+
+    /// Of the mode that has the spectral radius and, where it is another one, of the worst that was found.
+    fn critical_loops(
+        &self,
+        headline: &Candidate,
+        nearest: &Candidate,
+        worst: &Worst,
+    ) -> Result<Vec<CriticalLoop>, AnalysisError> {
+        let mut loops = Vec::from_iter(self.critical(headline, None)?);
+        if self.names(nearest) != self.names(headline) || !nearest.touches_as(headline) {
+            loops.extend(self.critical(nearest, worst.place.clone())?);
+        }
+        Ok(loops)
     }
 
     /// The part of a candidate's loop that has the largest radius; what has no part in its contacts counts as well.
