@@ -213,6 +213,14 @@ fn is_drawn(recording: &Path) -> bool {
     is_small
 }
 
+/// The picture of a recording, beside it.
+fn draw(scene: &Scene, recording: &Path, headline: &str) -> anyhow::Result<PathBuf> {
+    let picture = recording.with_extension("svg");
+    let trace = session::trace_of(scene, recording)?;
+    write_file(&picture, &figure::session_picture(scene, &trace, headline)?)?;
+    Ok(picture)
+}
+
 /// Writes the picture, says what happened, and judges. The session began with one scene and ended with another, perhaps.
 fn conclude(
     began_with: &Scene,
@@ -225,11 +233,11 @@ fn conclude(
     lateness::complete(&mut summary, scene);
     // Of the session that ran last, where there were several.
     if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {
-        let picture = recording.with_extension("svg");
-        let headline = report::headline(&summary);
-        let trace = session::trace_of(scene, recording)?;
-        write_file(&picture, &figure::session_picture(scene, &trace, &headline)?)?;
-        summary.picture = Some(picture.display().to_string());
+        match draw(scene, recording, &report::headline(&summary)) {
+            Ok(picture) => summary.picture = Some(picture.display().to_string()),
+            // What happened is told whatever becomes of its picture.
+            Err(error) => eprintln!("warning: no picture: {error:#}"),
+        }
     }
     let text = report::text(&summary);
     output.answer_as(&summary, &format!("\n{text}"))?;
