@@ -33,7 +33,7 @@
 //! })?;
 //!
 //! let mut ada = SimulatedUser::new(&scene, HostIndex::FIRST)?;
-//! let governor = Governor::new(&scene.governor, ada.limits(), scene.rates.control_hz);
+//! let governor = Governor::new(&scene, ada.limits());
 //! let mut state = governor.start();
 //! for tick in 0..2000 {
 //!     let reading = ada.read(tick)?[0];

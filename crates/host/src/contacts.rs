@@ -71,9 +71,10 @@ impl Contacts {
         };
         let spring =
             |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
-        let cancellation = contact
-            .moment_cancellation
-            .then_some(Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
+        let cancellation = contact.moment_cancellation.then_some(Cancellation {
+            max_force_n: scene.governor.max_force_n,
+            mass_kg: scene.hand_impedance().mass_kg,
+        });
         Self {
             table: ContactTable::new(fingers, models, surfaces, walls.len()),
             finger_radius_m: scene.hand.finger_radius_m,

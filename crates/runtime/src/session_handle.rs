@@ -378,8 +378,7 @@ impl SessionHandle {
     pub fn finish(mut self) -> Summary {
         let mut hosts = self.join_haptic_thread().into_iter();
         let Control { failures, heartbeat, .. } = &*self.control;
-        let reason =
-            if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
+        let reason = if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
         let locals = std::mem::take(&mut *self.lock());
         let mut runs = Vec::new();
         for local in locals {
