@@ -293,6 +293,12 @@ impl GovernorState {
         self.phase == GovernorPhase::Released
     }
 
+    /// Takes note that the force was switched off from outside: no force is rendered, and when nothing asks for a release forces
+    /// come back through a soft start.
+    pub fn force_off(&mut self) {
+        (self.phase, self.commanded) = (GovernorPhase::Released, Wrench::default());
+    }
+
     /// Forgets a fault, once its cause was seen to: forces come back through a soft start.
     pub fn clear_fault(&mut self) {
         self.fault = None;

@@ -100,6 +100,11 @@ impl Contacts {
         }
     }
 
+    /// Contacts of fingers with bodies begin anew. No allocation.
+    pub(crate) fn reanchor_fingers(&self, states: &mut ContactStates) {
+        states.all[..self.table.finger_contacts()].fill(ContactState::default());
+    }
+
     /// Places for the states of contacts.
     pub(crate) fn len(&self) -> usize {
         self.table.len()

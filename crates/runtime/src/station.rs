@@ -12,7 +12,7 @@ use cotouch_device::{
 };
 use cotouch_host::{HostModel, HostState, Role, TickOutput};
 use cotouch_net::StatePacket;
-use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -301,6 +301,17 @@ impl<D: Device> Station<D> {
         if !self.state.releasing {
             self.record(|| RecordKind::Release);
             self.state.releasing = true;
+        }
+    }
+
+    /// Takes note that the device's force was switched off from outside, because the loop stood still: forces begin again from
+    /// nothing, through the soft start, and contacts where fingers are now. The switch is not touched. No allocation.
+    pub fn force_off(&mut self) {
+        self.record(|| RecordKind::ForceOff);
+        self.state.governors.iter_mut().for_each(GovernorState::force_off);
+        self.state.host.reanchor(&self.model);
+        for (port, reading) in self.state.ports.iter_mut().zip(&self.state.last_readings) {
+            port.hold(reading, Wrench::default());
         }
     }
 

@@ -130,8 +130,11 @@ fn run_all(
     release(&mut session, tick, tick + rate.ticks_in(LONGEST_RELEASE_S));
     drop(session);
     if let (Some(recorder), Some(path)) = (recorder.and_then(Arc::into_inner), recording) {
-        recorder.into_inner().unwrap_or_else(PoisonError::into_inner).finish(facts(&summary))?;
-        summary.recording = Some(path.display().to_string());
+        // What came of the run is not lost with its recording.
+        match recorder.into_inner().unwrap_or_else(PoisonError::into_inner).finish(facts(&summary)) {
+            Ok(_) => summary.recording = Some(path.display().to_string()),
+            Err(error) => summary.failures.push(error.to_string()),
+        }
     }
     Ok(summary)
 }

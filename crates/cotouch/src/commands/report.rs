@@ -31,6 +31,9 @@ pub(super) fn text(summary: &Summary) -> String {
     let hosts = if haptic.hosts == 1 { "1 host".to_owned() } else { format!("{} hosts", haptic.hosts) };
     row("duration", format!("{:.2} s on {hosts}", summary.duration_s));
     row("ticks", format!("{} of {} due, {} missed", haptic.ticks, haptic.due, haptic.missed));
+    if haptic.stood_still > 0 {
+        row("no ticks", format!("forces were switched off {} times", haptic.stood_still));
+    }
     if let Some(late) = microseconds(&haptic.lateness_us) {
         row("late", late);
     }
@@ -71,6 +74,9 @@ pub(super) fn text(summary: &Summary) -> String {
         if let Some(faults) = &user.device_faults {
             row("device", format!("{} failed at {} ticks: {}", user.name, faults.ticks, faults.last));
         }
+    }
+    for failure in summary.all_failures() {
+        row("failed", failure.to_owned());
     }
     if let Some(file) = &summary.recording {
         row("recording", with_size(file));

@@ -8,7 +8,7 @@ use cotouch_runtime::DeviceChoice;
 use cotouch_scene::Override;
 
 use super::super::invocation::{Command, DEFAULT_DURATION_S, DEFAULT_VIEWER, Host, Recording, Run};
-use super::numbers::duration;
+use super::numbers::{duration, max_force};
 
 #[derive(Args, Debug, Default, PartialEq)]
 pub(super) struct RunFlags {
@@ -53,6 +53,10 @@ struct SharedFlags {
     /// of the scene, which is there when nothing is said
     #[arg(long = "device", value_name = "[USER=]SPEC", value_parser = device)]
     devices: Vec<DeviceChoice>,
+    /// The largest force that devices of this host render, N, whatever the scene asks for [default: the limit of the scene where that
+    /// is yours, 20 where it comes from a server]
+    #[arg(long, value_name = "N", value_parser = max_force)]
+    max_force: Option<f64>,
     /// Impair the link: latency_s, jitter_s, loss_rate, loss_burst_packets, reorder_rate, duplicate_rate or
     /// rate_limit_bytes_per_s, one way; seeded by session.seed; may be repeated
     #[arg(long, value_name = "KEY=VALUE", value_parser = impairment)]
@@ -112,6 +116,7 @@ impl SharedFlags {
         let usual = || DEFAULT_VIEWER.parse().expect("an address and a port");
         let viewer = self.serve.or_else(|| (!no_page).then(usual));
         let impair = self.impair.into_iter().map(|impair| impair.set).collect();
-        Host { duration_s, while_watched: false, recording, viewer, impair, devices: self.devices }
+        let (devices, max_force_n) = (self.devices, self.max_force);
+        Host { duration_s, while_watched: false, recording, viewer, impair, devices, max_force_n }
     }
 }

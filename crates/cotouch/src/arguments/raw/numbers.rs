@@ -22,6 +22,11 @@ pub(super) fn ratio() -> clap::builder::RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=10_000)
 }
 
+/// N, as `governor.max_force_n`.
+pub(super) fn max_force(text: &str) -> Result<f64, String> {
+    number(text, |newtons| (0.1..=1000.0).contains(&newtons), "a force from 0.1 to 1000 N")
+}
+
 const LONGEST_DURATION_S: f64 = 7.0 * 86_400.0;
 
 pub(super) fn duration(text: &str) -> Result<f64, String> {
