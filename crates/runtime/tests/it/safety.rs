@@ -20,13 +20,10 @@ use cotouch_scene::scene::Scene;
 
 const FOR_EVER_S: f64 = 1e5;
 
+type Switches = Vec<Arc<dyn ForceSwitch>>;
+
 /// Devices of which the first has a fault, and their switches.
-fn devices(
-    scene: &Scene,
-    fault: Fault,
-    from_s: f64,
-    duration_s: f64,
-) -> (Vec<Box<dyn Device>>, Vec<Arc<dyn ForceSwitch>>) {
+fn devices(scene: &Scene, fault: Fault, from_s: f64, duration_s: f64) -> (Vec<Box<dyn Device>>, Switches) {
     let device = |host| {
         let hand = SimulatedUser::new(scene, host).unwrap();
         let duration_s = if host == HostIndex::FIRST { duration_s } else { 0.0 };
