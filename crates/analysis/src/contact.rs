@@ -18,7 +18,7 @@
 //! The terms with `F₀` are the geometric stiffness of preload. While a contact slides along `t`, the force is `f_n·(n − μ_k·t)`
 //! (7.4), so that the normal force pulls along the surface too; what resists sideways motion only takes energy and is left out.
 
-use cotouch_scene::scene::SpringDamper;
+use cotouch_scene::scene::{BodyImpedance, SpringDamper};
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::loop_spec::{Columns, Coupling, Dof, Motion, Rows};
@@ -233,11 +233,13 @@ pub(crate) fn couple_copies(
     on.add(turns, (near, axes), SPIN, &diagonal(rotation.own[1]));
 }
 
-/// Adds damping to the ground: along each axis (N·s/m), and of turning (N·m·s/rad).
-pub(crate) fn damp(on: &mut Coupling, body: Moving, linear: DVec3, rotational: f64) {
+/// Adds what ties a body to the ground.
+pub(crate) fn tie_to_ground(on: &mut Coupling, body: Moving, impedance: &BodyImpedance) {
     let rows = |turns| Rows { axes: body.1, turns };
-    on.add(rows(false), body, VELOCITY, &DMat3::from_diagonal(-linear));
-    on.add(rows(true), body, SPIN, &DMat3::from_diagonal(DVec3::splat(-rotational)));
+    let spin = DVec3::splat(impedance.rotational_damping_n_m_s_per_rad);
+    on.add(rows(false), body, POSITION, &DMat3::from_diagonal(-impedance.stiffness_n_per_m));
+    on.add(rows(false), body, VELOCITY, &DMat3::from_diagonal(-impedance.damping_n_s_per_m));
+    on.add(rows(true), body, SPIN, &DMat3::from_diagonal(-spin));
 }
 
 /// To full precision for small angles too, rad.

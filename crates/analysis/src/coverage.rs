@@ -386,7 +386,7 @@ impl Study<'_> {
         (steepest.slope != 0.0).then_some(steepest)
     }
 
-    fn slope(&self, candidate: &Candidate, &Gain { key, value }: &Gain) -> Option<WorstGain> {
+    fn slope(&self, candidate: &Candidate, &Gain { key, value, .. }: &Gain) -> Option<WorstGain> {
         let nearness = |factor: f64| {
             let changed = cotouch_scene::with_override(self.scene, key, value * factor).ok()?;
             Some(judge_candidate(&changed, self.reach, candidate, false).ok()?.nearness)

@@ -21,6 +21,17 @@ impl From<Verdict> for ExitCode {
     }
 }
 
+/// From now on a panic in any thread is one sentence on stderr; what becomes of the session, its own threads decide.
+pub(crate) fn tell_panics_in_one_sentence() {
+    std::panic::set_hook(Box::new(|panic| {
+        let thread = std::thread::current();
+        let name = thread.name().unwrap_or("without a name").to_owned();
+        let text = panic.payload_as_str().unwrap_or("no reason given");
+        let place = panic.location().map_or_else(String::new, |place| format!(" ({place})"));
+        eprintln!("error: the thread {name} panicked, which is a fault of this program: {text}{place}");
+    }));
+}
+
 /// Why a command could not do its work.
 #[derive(Debug)]
 pub(crate) enum Failure {
@@ -52,7 +63,7 @@ impl Failure {
 }
 
 /// The error and its causes, each said once: many errors of libraries say their cause themselves.
-fn in_one_sentence(error: &anyhow::Error) -> String {
+pub(crate) fn in_one_sentence(error: &anyhow::Error) -> String {
     error.chain().map(ToString::to_string).fold(String::new(), |said, cause| {
         if said.is_empty() {
             cause

@@ -20,6 +20,7 @@ fn main() -> ExitCode {
         Err(code) => return code,
     };
     commands::log_to_stderr();
+    failure::tell_panics_in_one_sentence();
     match commands::execute(&invocation) {
         Ok(verdict) => verdict.into(),
         Err(failure) => failure.report(),

@@ -7,6 +7,7 @@ use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
 use anyhow::Context as _;
+use cotouch_runtime::clock;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 /// Work that is done sooner shows nothing.
@@ -132,19 +133,38 @@ impl Work {
     }
 }
 
+/// Signals that come within this time are one: terminals and service managers send them in pairs, and a session that is being
+/// released must not be cut off by the second of a pair. ns.
+const PAIR_NS: i64 = 200_000_000;
+
+/// Nothing is waited for, but no device goes on rendering.
+fn end_at_once() -> ! {
+    cotouch_runtime::switch_off_all_forces();
+    eprintln!(
+        "error: interrupted twice: all forces are off, and the program ends without an orderly release"
+    );
+    std::process::exit(1);
+}
+
 /// Set when the user wants the work to end.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Stop(Arc<AtomicBool>);
 
 impl Stop {
-    /// Set by Ctrl-C, by SIGTERM and by SIGHUP from now on; the program then ends in order.
+    /// Set by Ctrl-C, by SIGTERM and by SIGHUP from now on; the program then ends in order: hands are released, and the recording
+    /// is closed. A second one ends the process at once, whatever it does, with all forces off.
     pub(crate) fn on_interrupt() -> anyhow::Result<Self> {
         let stop = Self::default();
         let flag = Arc::clone(&stop.0);
-        // The first signal releases the hands and closes the recording. Others are ignored: they often come in pairs,
-        // and a session that is being released must not be cut off.
-        let set = move || flag.store(true, Ordering::Relaxed);
-        ctrlc::set_handler(set).context("Ctrl-C cannot be listened to")?;
+        let mut first = None;
+        let interrupted = move || {
+            flag.store(true, Ordering::Relaxed);
+            let now = clock::now();
+            if now.since(*first.get_or_insert(now)) > PAIR_NS {
+                end_at_once();
+            }
+        };
+        ctrlc::set_handler(interrupted).context("Ctrl-C cannot be listened to")?;
         Ok(stop)
     }
 

@@ -8,7 +8,7 @@ use std::thread;
 use anyhow::Context as _;
 use cotouch_net::Route;
 use cotouch_runtime::{
-    DeviceChoice, LOOK_PERIOD, LiveSession, RealTimeOptions, RecordKind, RecordingReader, Replayed, Summary,
+    DeviceChoice, LOOK_PERIOD, LiveSession, OwnLimits, RealTimeOptions, RecordingReader, Replayed, Summary,
     TickRecord, numbered_path, real_time, virtual_run,
 };
 use cotouch_scene::Scene;
@@ -36,6 +36,8 @@ pub(crate) struct Plan {
     pub(crate) viewer: Option<SocketAddr>,
     /// Who has which device.
     pub(crate) devices: Vec<DeviceChoice>,
+    /// What this host allows at most, if that was said.
+    pub(crate) limits: Option<OwnLimits>,
 }
 
 /// Runs a whole session in simulated time.
@@ -92,6 +94,7 @@ fn options(plan: &Plan) -> RealTimeOptions {
         recording: plan.recording.clone(),
         impairment: plan.impairment.clone(),
         devices: plan.devices.clone(),
+        limits: plan.limits,
     }
 }
 
@@ -127,10 +130,10 @@ pub(crate) fn watch(
                 viewer.iter().for_each(|viewer| viewer.tell(&news));
             }
         }
+        tell_failures(&live, viewer.as_ref());
         looks_without_server = if live.has_lost_the_server() { looks_without_server + 1 } else { 0 };
         if looks_without_server == LOOKS_FOR_THE_SERVER {
-            eprintln!("note: the server has not come back; this host lets go and ends");
-            live.stop();
+            live.fail("the server has not come back, and the session is lost");
         }
         if stop.is_set() {
             live.stop();
@@ -151,11 +154,20 @@ pub(crate) fn watch(
         thread::sleep(LOOK_PERIOD);
     }
     drop(progress);
+    tell_failures(&live, viewer.as_ref());
     // The page shows the last picture until here; its server held the session too.
     drop(viewer);
     let scene = live.scene().0;
     let live = Arc::into_inner(live).context("something still watches the session")?;
-    Ok((live.finish()?, Arc::unwrap_or_clone(scene)))
+    Ok((live.finish(), Arc::unwrap_or_clone(scene)))
+}
+
+/// Says at once what has failed, to whoever waits here and to all pages.
+fn tell_failures(live: &LiveSession, viewer: Option<&Viewer>) {
+    for failure in live.take_failures() {
+        eprintln!("error: {failure}");
+        viewer.iter().for_each(|viewer| viewer.tell(&failure));
+    }
 }
 
 /// Tells of every further gigabyte of a recording: a session may go on for as long as somebody watches.
@@ -220,10 +232,7 @@ fn start_viewer(show: Show, address: SocketAddr, what_for: &str, output: &Output
 pub(crate) fn trace_of(scene: &Scene, recording: &Path) -> anyhow::Result<Trace> {
     let mut trace = Trace::new(scene);
     for item in RecordingReader::open(recording)? {
-        let item = item?;
-        if let RecordKind::Tick(tick) = &item.kind {
-            trace.observe(item.host, tick);
-        }
+        trace.observe(&item?);
     }
     Ok(trace)
 }

@@ -37,7 +37,7 @@ fn one_finger(criterion: &mut Criterion) {
     for (name, action, space) in cases {
         let scene = scene(action, space);
         let mut user = user(&scene);
-        let governor = Governor::new(&scene.governor, user.limits(), scene.rates.control_hz);
+        let governor = Governor::new(&scene, user.limits());
         let (mut state, mut port, mut tick) = (governor.start(), PortEnergy::default(), 0);
         group.bench_function(name, |bencher| {
             bencher.iter(|| {
@@ -94,7 +94,7 @@ fn two_fingers(criterion: &mut Criterion) {
 
 fn governor_alone(criterion: &mut Criterion) {
     let scene = scene(Action::Relax { duration_s: 1.0 }, Space::Line);
-    let governor = Governor::new(&scene.governor, user(&scene).limits(), scene.rates.control_hz);
+    let governor = Governor::new(&scene, user(&scene).limits());
     criterion.bench_function("governor, one tick", |bencher| {
         let (mut state, mut push) = (governor.start(), 1.0);
         bencher.iter(|| {

@@ -4,7 +4,7 @@
 use crate::device::Device;
 use crate::error::DeviceOpenError;
 use crate::setup::DeviceSetup;
-use crate::{guided, still};
+use crate::{faulty, guided, still};
 
 /// One kind of device.
 #[derive(Clone, Copy, Debug)]
@@ -23,6 +23,7 @@ type Open = fn(parameters: &str, setup: DeviceSetup<'_>) -> Result<Box<dyn Devic
 pub const DRIVERS: &[Driver] = &[
     Driver { name: guided::NAME, summary: "The simulated hand of the scene: it follows its script, and a pointer on the page may take it.", open: guided::open },
     Driver { name: still::NAME, summary: "Fingers that stay where the scene has them start, whatever they feel.", open: still::open },
+    Driver { name: faulty::NAME, summary: "The simulated hand with a fault on purpose, to see that a session is safe: faulty:panic@S, block@S+S, nan@S+S or fail@S+S, at which second and for how long.", open: faulty::open },
 ];
 
 /// The spec of the device that a user has where nothing else is said.

@@ -48,7 +48,7 @@ impl PortEnergy {
     }
 
     /// The second half: the wrench that is held from this reading on. It is what the governor let through, even while the
-    /// device's force is switched off: a recording knows of no switch, and its replay must find the same energy.
+    /// device's force is switched off, until whoever switched it off is heard of: a replay must find the same energy.
     pub fn hold(&mut self, reading: &Reading, commanded: Wrench) {
         if reading.is_finite() && commanded.is_finite() {
             self.peak_force_n = self.peak_force_n.max(commanded.force.length());

@@ -15,7 +15,7 @@
 
 use cotouch_scene::geometry::Reading;
 use cotouch_scene::mechanism::Placed;
-use cotouch_scene::scene::{DeviceSpec, Hand, Space, SpringDamper, VelocityEstimate};
+use cotouch_scene::scene::{DeviceSpec, HandImpedance, Space, SpringDamper, VelocityEstimate};
 use glam::{BVec3, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -73,6 +73,7 @@ enum Motion {
 #[derive(Clone, Debug, PartialEq)]
 pub struct FingerModel {
     rest: DVec3,
+    rendered: SpringDamper,
     tracking: SpringDamper,
     free: BVec3,
     motion: Motion,
@@ -86,21 +87,20 @@ pub struct FingerModel {
 }
 
 impl FingerModel {
-    /// A finger of `hand` on `device` that rests at `rest` (m) and follows a script with impedance `tracking`.
+    /// A finger of a hand with impedance `hand` on `device` that rests at `rest` (m) and follows a script with impedance `tracking`.
     ///
     /// # Errors
     /// When the impedance is not one.
     pub fn new(
-        hand: &Hand,
+        hand: HandImpedance,
         device: &DeviceSpec,
         space: Space,
         rest: DVec3,
         tracking: SpringDamper,
         period_s: f64,
     ) -> Result<Self, FingerError> {
-        let mass_kg = hand.mass_kg;
-        let damping_n_s_per_m = hand.damping_n_s_per_m + tracking.damping_n_s_per_m;
-        let stiffness_n_per_m = hand.stiffness_n_per_m + tracking.stiffness_n_per_m;
+        let (mass_kg, impedance) = (hand.mass_kg, hand.arm + tracking);
+        let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = impedance;
         let is_sound = mass_kg > 0.0
             && mass_kg.is_finite()
             && damping_n_s_per_m.is_finite()
@@ -109,7 +109,6 @@ impl FingerModel {
             return Err(FingerError::Impedance { mass_kg, damping_n_s_per_m, stiffness_n_per_m });
         }
         let (free, placed) = (free_axes(space), Placed::of_finger(device, rest));
-        let impedance = SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
         let motion = match placed.filter(|_| device.inertia) {
             Some(placed) => Motion::Linked(Linked::new(placed, mass_kg, impedance, free, period_s)),
             None => {
@@ -120,6 +119,7 @@ impl FingerModel {
         let limit = device.max_joint_torque_n_m;
         Ok(Self {
             rest,
+            rendered: hand.rendered,
             tracking,
             free,
             motion,
@@ -159,10 +159,15 @@ impl FingerModel {
         state
     }
 
-    /// What the finger is and feels.
+    /// What the finger is and feels. Its user knows the spring that the device renders to where it started, and tells what it
+    /// touches from that.
     #[must_use]
     pub fn touch(&self, state: &FingerState) -> Touch {
-        Touch { position: state.position, rest: self.rest, felt: state.held_force }
+        let mut felt = state.held_force;
+        if self.rendered.stiffness_n_per_m != 0.0 {
+            felt += (state.position - self.rest) * self.rendered.stiffness_n_per_m;
+        }
+        Touch { position: state.position, rest: self.rest, felt }
     }
 
     /// What the device reports of a finger in `state`.
@@ -303,5 +308,21 @@ impl FingerModel {
             velocity: self.freed(state.velocity),
             ..state
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_rendered_spring_is_no_touch() {
+        let rendered = SpringDamper { stiffness_n_per_m: 90.0, damping_n_s_per_m: 0.0 };
+        let hand = HandImpedance { mass_kg: 0.1, rendered, ..HandImpedance::default() };
+        let (device, tracking) = (DeviceSpec::default(), SpringDamper::default());
+        let finger = FingerModel::new(hand, &device, Space::Space, DVec3::Z, tracking, 1e-3).unwrap();
+        let at = DVec3::Z + DVec3::X * 0.1;
+        let pushed_back = FingerState { held_force: DVec3::new(-9.0, 2.0, 0.0), ..finger.at_rest(at) };
+        assert!((finger.touch(&pushed_back).felt - DVec3::Y * 2.0).length() < 1e-12);
     }
 }

@@ -4,8 +4,7 @@
 //! `slew·T` a tick. When nothing acts, it is what was requested, bit for bit.
 
 use cotouch_scene::geometry::{Reading, Wrench};
-use cotouch_scene::scene::GovernorLimits;
-use cotouch_scene::time::Rate;
+use cotouch_scene::scene::{SceneValues, SpringDamper};
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
@@ -25,7 +24,8 @@ const LARGEST_LIMIT: f64 = 1e12;
 
 /// The governor's constants. A tick is [`govern`](Self::govern).
 ///
-/// In order: what is not finite becomes a latched fault; the governor's own damping, `f − b_g·v`; the passivity
+/// In order: what is not finite becomes a latched fault; what is rendered at every finger whatever it touches
+/// ([`HandImpedance::rendered`](cotouch_scene::scene::HandImpedance::rendered)), `f − k·(x − x_start) − b_g·v`; the passivity
 /// controller, if asked for, `f − b·v` with `b·v²·T` what the port's observer misses, at most 10 N·s/m; F_max, direction
 /// kept; fading in (soft start) or out (release); slew. Fading follows the smooth step `3s² − 2s³` and is a factor on
 /// the force in the soft start, and on the force of the moment in which the release began in a release, so that a
@@ -37,7 +37,7 @@ pub struct Governor {
     max_torque_n_m: f64,
     force_step_n: f64,
     torque_step_n_m: f64,
-    damping_n_s_per_m: f64,
+    rendered: SpringDamper,
     passivity_control: bool,
     period_s: f64,
     soft_start_ticks: u32,
@@ -82,7 +82,7 @@ pub enum GovernorPhase {
 /// Why a governor released for good.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum GovernorFault {
-    /// A request (or a request and the governor's damping together) was not a number.
+    /// A request (or a request with what is rendered besides) was not a number.
     RequestNotFinite,
     /// A device's reading was not a number.
     ReadingNotFinite,
@@ -95,6 +95,8 @@ pub struct GovernorInput {
     pub requested: Wrench,
     /// The device's reading at this tick.
     pub reading: Reading,
+    /// From where the finger starts to where it reads, m.
+    pub from_start: DVec3,
     /// Whether the user, the session's end or a watchdog elsewhere wants the force gone.
     pub stop: bool,
     /// Whether the links that the force depends on are up.
@@ -107,10 +109,11 @@ pub struct GovernorInput {
 }
 
 impl GovernorInput {
-    /// A fresh request with all well, nothing to brake for.
+    /// A fresh request with all well, nothing to brake for, at a finger that is where it starts.
     #[must_use]
     pub fn healthy(requested: Wrench, reading: Reading) -> Self {
-        Self { requested, reading, stop: false, link_ok: true, fresh: true, deficit_j: 0.0 }
+        let from_start = DVec3::ZERO;
+        Self { requested, reading, from_start, stop: false, link_ok: true, fresh: true, deficit_j: 0.0 }
     }
 }
 
@@ -124,10 +127,11 @@ pub struct GovernorOutput {
 }
 
 impl Governor {
-    /// A governor for a device, called once a haptic tick. The lower of the scene's and the device's largest force
+    /// A governor for a device in a scene, called once a haptic tick. The lower of the scene's and the device's largest force
     /// counts; torque may change in the same proportion as force. A limit that is no number, or negative, is 0.
     #[must_use]
-    pub fn new(limits: &GovernorLimits, device: DeviceLimits, control: Rate) -> Self {
+    pub fn new(scene: &SceneValues, device: DeviceLimits) -> Self {
+        let (limits, control) = (&scene.governor, scene.rates.control_hz);
         let max_force_n = sound(limits.max_force_n).min(sound(device.max_force_n));
         let max_torque_n_m = sound(device.max_torque_n_m);
         let force_step_n = sound(limits.max_slew_n_per_s) / control.hz() * SLEW_SLACK;
@@ -138,7 +142,7 @@ impl Governor {
             max_torque_n_m,
             force_step_n,
             torque_step_n_m: if max_torque_n_m == 0.0 { 0.0 } else { max_torque_n_m * torque_share },
-            damping_n_s_per_m: limits.damping_n_s_per_m,
+            rendered: scene.hand_impedance().rendered,
             passivity_control: limits.passivity_control,
             period_s: control.period_s(),
             soft_start_ticks: ticks(limits.soft_start_s),
@@ -156,7 +160,7 @@ impl Governor {
     /// One haptic tick. A tick that a late loop skips is not made up for: fading takes a little longer, and the force
     /// changes by no more than in any other tick. No allocation, no lock, bounded work.
     pub fn govern(&self, state: &mut GovernorState, input: &GovernorInput) -> GovernorOutput {
-        let mut force = self.damped(input);
+        let mut force = self.with_impedance(input);
         let brake_n_s_per_m = self.brake_n_s_per_m(input);
         if brake_n_s_per_m != 0.0 {
             force.force -= input.reading.twist.linear * brake_n_s_per_m;
@@ -194,10 +198,15 @@ impl Governor {
         }
     }
 
-    fn damped(&self, input: &GovernorInput) -> Wrench {
+    /// The request and what is rendered whatever the finger touches.
+    fn with_impedance(&self, input: &GovernorInput) -> Wrench {
         let mut wrench = input.requested;
-        if self.damping_n_s_per_m != 0.0 {
-            wrench.force -= input.reading.twist.linear * self.damping_n_s_per_m;
+        let SpringDamper { stiffness_n_per_m, damping_n_s_per_m } = self.rendered;
+        if stiffness_n_per_m != 0.0 {
+            wrench.force -= input.from_start * stiffness_n_per_m;
+        }
+        if damping_n_s_per_m != 0.0 {
+            wrench.force -= input.reading.twist.linear * damping_n_s_per_m;
         }
         wrench
     }
@@ -284,6 +293,12 @@ impl GovernorState {
         self.phase == GovernorPhase::Released
     }
 
+    /// Takes note that the force was switched off from outside: no force is rendered, and when nothing asks for a release forces
+    /// come back through a soft start.
+    pub fn force_off(&mut self) {
+        (self.phase, self.commanded) = (GovernorPhase::Released, Wrench::default());
+    }
+
     /// Forgets a fault, once its cause was seen to: forces come back through a soft start.
     pub fn clear_fault(&mut self) {
         self.fault = None;
@@ -335,4 +350,28 @@ fn cut(vector: DVec3, longest: f64) -> DVec3 {
 fn towards(last: DVec3, target: DVec3, longest_step: f64, longest: f64) -> (DVec3, bool) {
     let (step, stopped) = shortened(target - last, longest_step);
     if stopped { (shortened(last + step, longest).0, true) } else { (target, false) }
+}
+
+#[cfg(test)]
+mod tests {
+    use cotouch_scene::scene::GovernorLimits;
+
+    use super::*;
+
+    #[test]
+    fn fingers_are_drawn_to_where_they_start_and_braked() {
+        let scene = SceneValues {
+            governor: GovernorLimits { max_force_n: 8.0, max_slew_n_per_s: 1e6, ..GovernorLimits::default() },
+            ..SceneValues::default()
+        };
+        let rendered = SpringDamper { stiffness_n_per_m: 100.0, damping_n_s_per_m: 2.0 };
+        let governor = Governor { rendered, ..Governor::new(&scene, DeviceLimits::NONE) };
+        let reading = Reading::point(DVec3::X * 0.3, DVec3::Y);
+        let input = GovernorInput {
+            from_start: DVec3::X * 0.01,
+            ..GovernorInput::healthy(Wrench::force(DVec3::X * 3.0), reading)
+        };
+        let output = governor.govern(&mut governor.start(), &input);
+        assert_eq!(output.commanded.force, DVec3::new(2.0, -2.0, 0.0));
+    }
 }

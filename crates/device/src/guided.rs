@@ -251,7 +251,7 @@ impl GuidedModel {
         let (period_s, rate_rad_per_s) = (scene.rates.control_hz.period_s(), TAU * POINTER_CORNER_HZ);
         let guided = |finger: &FingerModel| {
             let (rest, spring) = (finger.rest(), pointer_spring(scene, host));
-            FingerModel::new(&scene.hand, &scene.device, scene.space, rest, spring, period_s)
+            FingerModel::new(scene.hand_impedance(), &scene.device, scene.space, rest, spring, period_s)
         };
         let filter_stiffness = rate_rad_per_s * rate_rad_per_s;
         Ok(Self {

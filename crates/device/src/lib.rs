@@ -10,6 +10,7 @@
 //!   ([`FingerModel`]). A [`Script`] says what the user does; paths are those of minimum jerk;
 //! - [`GuidedUser`]: the same, whose fingers a pointer draws, while there is one;
 //! - [`StillDevice`], [`TrajectoryDevice`]: fingers that stay, and that follow prescribed trajectories;
+//! - [`FaultyDevice`]: any device with a fault that is made on purpose;
 //! - [`Governor`]: finite, `|f| ≤ F_max`, `|Δf| ≤ slew·T`, soft start and release, whatever comes in; and bit for bit
 //!   what was requested when nothing acts ([`Acted`]); one a finger;
 //! - [`ForceSwitch`]: takes a device's force away from any thread;
@@ -32,7 +33,7 @@
 //! })?;
 //!
 //! let mut ada = SimulatedUser::new(&scene, HostIndex::FIRST)?;
-//! let governor = Governor::new(&scene.governor, ada.limits(), scene.rates.control_hz);
+//! let governor = Governor::new(&scene, ada.limits());
 //! let mut state = governor.start();
 //! for tick in 0..2000 {
 //!     let reading = ada.read(tick)?[0];
@@ -49,6 +50,7 @@ mod device;
 mod drivers;
 mod energy;
 mod error;
+mod faulty;
 mod finger;
 mod governor;
 mod guide;
@@ -69,6 +71,7 @@ pub use device::{Device, DeviceLimits, ScriptProgress, WorldView};
 pub use drivers::{DEFAULT_DEVICE, DRIVERS, Driver, driver, open};
 pub use energy::PortEnergy;
 pub use error::{DeviceError, DeviceOpenError, DriverReason};
+pub use faulty::{Fault, FaultyDevice};
 pub use finger::{FingerError, FingerModel, FingerState, SensorState};
 pub use governor::{Governor, GovernorFault, GovernorInput, GovernorOutput, GovernorPhase, GovernorState};
 pub use guide::{Guide, Targets};

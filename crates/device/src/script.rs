@@ -80,13 +80,12 @@ impl Script {
             },
             action: action.clone(),
         };
-        let none = SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 };
         let period_s = scene.rates.control_hz.period_s();
         Self {
             steps: actions.iter().map(&mut step).collect(),
             repeat: user.repeat,
-            tracking: if actions.iter().any(Action::tracks) { user.tracking } else { none },
-            arm_stiffness_n_per_m: scene.hand.stiffness_n_per_m,
+            tracking: user.tracking_in(actions),
+            hand_stiffness_n_per_m: scene.hand_impedance().to_ground().stiffness_n_per_m,
             space: scene.space,
             down: scene.gravity_m_per_s2.try_normalize(),
             sides: bodies.iter().map(|body| Side::of_shape(&body.shape)).collect(),

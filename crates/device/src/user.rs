@@ -63,7 +63,7 @@ impl UserModel {
             let script = scripts.iter().find(|(_, fingers)| fingers.contains(&finger));
             let (script, _) = script.expect("each finger follows a script");
             FingerModel::new(
-                &scene.hand,
+                scene.hand_impedance(),
                 &scene.device,
                 scene.space,
                 user.fingers[finger].position_m,

@@ -4,7 +4,7 @@
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::limits::MAX_BODIES;
-use cotouch_scene::scene::{Body, Scene, Space, Wall};
+use cotouch_scene::scene::{Body, BodyImpedance, Scene, Space, Wall};
 use cotouch_world::wall::FixedPlane;
 use cotouch_world::{
     BodyState, ContactForce, ContactModel, ContactState, Freedom, GroundFriction, Inertia, Sphere, Stepper,
@@ -88,8 +88,7 @@ pub(crate) struct BodyModel {
     stepper: Stepper,
     ground: GroundFriction,
     weight_n: DVec3,
-    damping_n_s_per_m: DVec3,
-    rotational_damping_n_m_s_per_rad: f64,
+    to_ground: BodyImpedance,
     /// Walls of a body without a surface; each across its axis, at its `position_m`.
     walls: Vec<(Wall, DVec3)>,
 }
@@ -103,7 +102,6 @@ impl BodyModel {
         };
         let (inertia, freedom) = (Inertia::from_body(body), Freedom::from_space(scene.space));
         let period_s = scene.rates.control_hz.period_s();
-        let damping = &scene.object;
         Self {
             start: BodyState::start(body),
             fixed: body.fixed,
@@ -111,8 +109,7 @@ impl BodyModel {
             stepper: Stepper::rigid(inertia, period_s, scene.session.integrator, freedom),
             ground: GroundFriction::new(&scene.ground, inertia, period_s, freedom),
             weight_n: scene.gravity_m_per_s2 * body.mass_kg,
-            damping_n_s_per_m: DVec3::splat(damping.damping_n_s_per_m) + damping.axis_damping_n_s_per_m,
-            rotational_damping_n_m_s_per_rad: damping.rotational_damping_n_m_s_per_rad,
+            to_ground: scene.object.to_ground(),
             walls: if surface.exists() { Vec::new() } else { point_walls(scene) },
             surface,
         }
@@ -133,16 +130,21 @@ impl BodyModel {
         touch(contact, state, &self.surface, (&body.pose, &body.twist), sphere, self.inverse_mass_per_kg)
     }
 
-    /// What concerns the body alone: compensation, gravity, and the wall of a body without a surface.
+    /// What concerns the body alone: its impedance to the ground, gravity, and the wall of a body without a surface.
     fn own_wrench(&self, body: &BodyState) -> Wrench {
         let (position, velocity) = body.point();
-        let mut force = -self.damping_n_s_per_m * velocity;
+        let BodyImpedance { stiffness_n_per_m, damping_n_s_per_m, rotational_damping_n_m_s_per_rad } =
+            self.to_ground;
+        let mut force = -damping_n_s_per_m * velocity;
+        if stiffness_n_per_m != DVec3::ZERO {
+            force += stiffness_n_per_m * (self.start.pose.position - position);
+        }
         for (wall, axis) in &self.walls {
             force += cotouch_world::wall::force(wall, *axis, position, velocity);
         }
         Wrench {
             force: force + self.weight_n,
-            torque: -self.rotational_damping_n_m_s_per_rad * body.twist.angular,
+            torque: -rotational_damping_n_m_s_per_rad * body.twist.angular,
         }
     }
 

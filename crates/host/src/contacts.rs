@@ -71,9 +71,10 @@ impl Contacts {
         };
         let spring =
             |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
-        let cancellation = contact
-            .moment_cancellation
-            .then_some(Cancellation { max_force_n: scene.governor.max_force_n, mass_kg: scene.hand.mass_kg });
+        let cancellation = contact.moment_cancellation.then_some(Cancellation {
+            max_force_n: scene.governor.max_force_n,
+            mass_kg: scene.hand_impedance().mass_kg,
+        });
         Self {
             table: ContactTable::new(fingers, models, surfaces, walls.len()),
             finger_radius_m: scene.hand.finger_radius_m,
@@ -97,6 +98,11 @@ impl Contacts {
             all: vec![ContactState::default(); self.table.len()],
             near: vec![false; self.table.groups().len()],
         }
+    }
+
+    /// Contacts of fingers with bodies begin anew. No allocation.
+    pub(crate) fn reanchor_fingers(&self, states: &mut ContactStates) {
+        states.all[..self.table.finger_contacts()].fill(ContactState::default());
     }
 
     /// Places for the states of contacts.

@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
+use cotouch_world::local::LocalContact;
 use cotouch_world::{BodyState, ContactState};
 use serde::{Deserialize, Serialize};
 
@@ -64,6 +65,12 @@ impl HostState {
         if let Some(peer) = self.peers.get_mut(peer.index()) {
             peer.set_present(present);
         }
+    }
+
+    /// Lets every finger begin its contacts anew, where it is now: for a host that stood still while fingers moved on. No allocation.
+    pub fn reanchor(&mut self, model: &HostModel) {
+        model.contacts.reanchor_fingers(&mut self.contacts);
+        self.soft.contacts.fill(LocalContact::default());
     }
 
     /// The network step of the sample in use from each host.

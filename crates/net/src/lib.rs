@@ -59,7 +59,7 @@ pub use route::Route;
 pub use scene_fetch::{SceneFetch, SceneFetchError};
 pub use session::{Config, ConfigError, Counters, Endpoint, Event, PeerInfo, Presence, SendError, StartWhen};
 pub use statistics::{LinkStatistics, RoundTrip, SequenceCounts};
-pub use text::{MAX_TEXT_BYTES, Text};
+pub use text::{MAX_TEXT_BYTES, Text, printable};
 pub use wire::{
     DatagramBytes, DatagramKind, HEADER_BYTES, Header, MAX_DATAGRAM, PROTOCOL_VERSION, Transmit, WireError,
     decode_control, decode_state, encode_control, encode_state, open,

@@ -9,7 +9,7 @@ use std::time::Duration;
 
 use cotouch_net::{Entry, StatePacket};
 use cotouch_runtime::transport::{self, Impaired};
-use cotouch_runtime::{HapticPort, NetworkThreads, clock, full_session_endpoint};
+use cotouch_runtime::{Failures, HapticPort, NetworkThreads, clock, full_session_endpoint};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -77,7 +77,12 @@ fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     let mut ends: Vec<(NetworkThreads, HapticPort)> = Vec::new();
     for (host, socket) in (0u8..).map(HostIndex).zip(sockets) {
         let endpoint = full_session_endpoint(&scene, host, server, clock::now());
-        ends.push(NetworkThreads::start(Impaired::new(socket), endpoint, &host.to_string())?);
+        ends.push(NetworkThreads::start(
+            Impaired::new(socket),
+            endpoint,
+            &host.to_string(),
+            &Failures::default(),
+        )?);
     }
     // The session begins when the clocks of both ends are known, and nobody tells of it.
     while ends.iter_mut().any(|(_, port)| port.clock().is_none()) {

@@ -8,13 +8,12 @@ use std::sync::Arc;
 
 use cotouch_host::{HostModel, HostState};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{GovernorLimits, LocalModel, Scene, SceneValues};
+use cotouch_scene::scene::{LocalModel, Scene, SceneValues};
 
 /// The constants of one host in a changed scene.
 #[derive(Clone, Debug)]
 pub struct HostChange {
     pub(crate) model: HostModel,
-    pub(crate) governor: GovernorLimits,
     pub(crate) scene: Arc<Scene>,
     /// The whole changed scene, for the recording.
     pub(crate) scene_toml: String,
@@ -26,7 +25,6 @@ impl HostChange {
     pub fn new(scene: &Scene, host: HostIndex) -> Self {
         Self {
             model: HostModel::new(scene, host),
-            governor: scene.governor.clone(),
             scene: Arc::new(scene.clone()),
             scene_toml: cotouch_scene::to_toml(scene),
         }

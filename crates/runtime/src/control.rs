@@ -3,6 +3,8 @@
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicU8, AtomicU64, Ordering};
 
+use crate::failures::Failures;
+use crate::heartbeat::Heartbeat;
 use crate::observer::{LiveVerdict, RunVerdict};
 
 /// What others may ask of the haptic thread, and what it tells them.
@@ -15,6 +17,12 @@ pub(crate) struct Control {
     pub(crate) go_on_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
+    /// The haptic thread does not answer any more, and is not waited for; it must not render again.
+    pub(crate) abandoned: AtomicBool,
+    /// By which the watchdog sees that ticks go on.
+    pub(crate) heartbeat: Heartbeat,
+    /// What failed, in any thread.
+    pub(crate) failures: Failures,
     /// What the run has been so far.
     pub(crate) verdict: AtomicVerdict,
     /// What it is now.
@@ -30,7 +38,17 @@ pub(crate) struct Control {
 impl Control {
     /// Whether the session has ended or is about to.
     pub(crate) fn is_over(&self) -> bool {
-        self.ended.load(Ordering::Acquire) || self.stop.load(Ordering::Relaxed)
+        self.has_ended() || self.is_stopping()
+    }
+
+    /// Whether the haptic thread is to let go and end: because somebody wants that, or because something failed.
+    pub(crate) fn is_stopping(&self) -> bool {
+        self.stop.load(Ordering::Relaxed) || self.failures.ends_session()
+    }
+
+    /// Whether no tick will come any more.
+    pub(crate) fn has_ended(&self) -> bool {
+        self.ended.load(Ordering::Acquire) || self.abandoned.load(Ordering::Acquire)
     }
 
     /// Tells what goes on. No allocation, no lock.

@@ -128,7 +128,6 @@ fn from_here(server: Route) -> Route {
 fn say_goodbye(mut session: Arc<SessionHandle>) {
     loop {
         session = match Arc::try_unwrap(session) {
-            // It is not recorded: there is nothing that can fail.
             Ok(session) => return drop(session.finish()),
             Err(shared) => shared,
         };

@@ -1,7 +1,9 @@
 //! One host as the haptic thread sees it: its station between the network and the displays.
 
+use std::sync::Arc;
+
 use arrayvec::ArrayVec;
-use cotouch_device::{Device, PortEnergy};
+use cotouch_device::{Device, ForceSwitch, PortEnergy};
 use cotouch_host::ContactSurface;
 use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_world::Phase;
@@ -19,6 +21,8 @@ pub(crate) struct HapticHost {
     pub(crate) port: HapticPort,
     pub(crate) snapshot: triple_buffer::Input<HostSnapshot>,
     pub(crate) timing: Timing,
+    /// Of its device.
+    pub(crate) switch: Arc<dyn ForceSwitch>,
 }
 
 impl HapticHost {
@@ -41,6 +45,13 @@ impl HapticHost {
             self.timing.missed += skipped;
             self.timing.observe(self.station.last_record());
         }
+    }
+
+    /// Has forces begin from nothing after the watchdog has switched them off, and lets the device render again. No allocation,
+    /// no lock.
+    pub(crate) fn resume(&mut self) {
+        self.station.force_off();
+        self.switch.enable();
     }
 
     /// Leaves the newest picture of this host for displays. No allocation, no lock.

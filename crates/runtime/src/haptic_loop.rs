@@ -9,6 +9,7 @@ use cotouch_scene::time::Rate;
 
 use crate::clock;
 use crate::control::Control;
+use crate::failures::catch;
 use crate::haptic_host::HapticHost;
 use crate::mailbox::Mailbox;
 use crate::network_threads::HapticPort;
@@ -22,7 +23,8 @@ const NOW_PERIOD_NS: i64 = 100_000_000;
 /// After this time a device that still renders a force is let go of by ending anyway, s.
 const LONGEST_RELEASE_S: f64 = 2.0;
 
-/// Runs ticks until a stop is asked for or `duration_s` is over, then releases the devices. Returns the hosts.
+/// Runs ticks until a stop is asked for, something fails or `duration_s` is over, then releases the devices. Returns the hosts,
+/// whose forces are switched off: also after a panic, which is told.
 pub(crate) fn run(
     mut hosts: Vec<HapticHost>,
     rate: Rate,
@@ -32,8 +34,15 @@ pub(crate) fn run(
 ) -> Vec<HapticHost> {
     let warning = priority::raise_haptic_thread();
     *control.warning.lock().unwrap_or_else(PoisonError::into_inner) = warning;
-    if let Some(first) = wait_for_start(&mut hosts, rate, control) {
-        run_ticks(&mut hosts, rate, first, duration_s, &mut mailbox, control);
+    let ran = catch(|| {
+        if let Some(first) = wait_for_start(&mut hosts, rate, control) {
+            run_ticks(&mut hosts, rate, first, duration_s, &mut mailbox, control);
+        }
+    });
+    // However it ended: what a device rendered last it must not go on rendering.
+    hosts.iter().for_each(|host| host.switch.disable());
+    if let Err(why) = ran {
+        control.failures.tell_and_end(format!("the haptic thread failed: {why}"));
     }
     control.ended.store(true, Ordering::Release);
     hosts
@@ -42,7 +51,7 @@ pub(crate) fn run(
 /// The first tick of this process; `None` when a stop was asked for before the session started.
 fn wait_for_start(hosts: &mut [HapticHost], rate: Rate, control: &Control) -> Option<u64> {
     loop {
-        if control.stop.load(Ordering::Relaxed) {
+        if control.is_stopping() {
             return None;
         }
         if hosts.iter_mut().all(|host| host.port.clock().is_some())
@@ -79,14 +88,22 @@ fn run_ticks(
     let mut next_now_ns = 0;
     loop {
         let Some((due, lateness_ns)) = wait_for_tick(&mut hosts[0].port, rate, tick) else {
-            if control.stop.load(Ordering::Relaxed) && hosts[0].port.clock().is_none() {
+            if control.is_stopping() && hosts[0].port.clock().is_none() {
                 break;
             }
             continue;
         };
+        if control.heartbeat.beat(clock::now()) {
+            // Nobody waits for this thread any more: what it renders would be rendered by nobody's will.
+            if control.abandoned.load(Ordering::Acquire) {
+                break;
+            }
+            hosts.iter_mut().for_each(HapticHost::resume);
+            control.heartbeat.resume();
+        }
         let elapsed_ns = rate.instant(due).since(rate.instant(first));
         let is_over = due >= last && elapsed_ns as u64 >= control.go_on_ns.load(Ordering::Relaxed);
-        let releasing = give_up != u64::MAX || is_over || control.stop.load(Ordering::Relaxed);
+        let releasing = give_up != u64::MAX || is_over || control.is_stopping();
         if releasing && give_up == u64::MAX {
             give_up = due.saturating_add(rate.ticks_in(LONGEST_RELEASE_S));
         }

@@ -4,7 +4,7 @@ use std::hash::{BuildHasher, Hasher, RandomState};
 use std::io;
 use std::time::Duration;
 
-use cotouch_net::{Config, Endpoint, Refusal, Route, SceneFetch, SceneFetchError, StartWhen};
+use cotouch_net::{Config, Endpoint, Refusal, Route, SceneFetch, SceneFetchError, StartWhen, printable};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
@@ -56,7 +56,7 @@ pub(crate) fn fetch_scene(
         if let Some(result) = fetch.result() {
             break result.clone().map_err(|error| match error {
                 SceneFetchError::Refused(Refusal::NoAnswer) => StartError::Silence { server },
-                error => StartError::Scene { server, reason: error.to_string() },
+                error => StartError::Scene { server, reason: printable(&error.to_string()) },
             })?;
         }
         if !wanted() {
@@ -71,7 +71,12 @@ pub(crate) fn fetch_scene(
         }
     };
     cotouch_scene::parse(&text, "the server's scene", None, &[])
-        .map_err(|errors| StartError::Scene { server, reason: errors.to_string() })
+        .map_err(|errors| StartError::Scene { server, reason: in_one_line(&errors.to_string()) })
+}
+
+/// What is wrong with a stranger's scene, which has words of the stranger in it.
+fn in_one_line(errors: &str) -> String {
+    errors.lines().map(printable).collect::<Vec<_>>().join("; ")
 }
 
 fn config(scene: &Scene, seed: u64) -> Config {

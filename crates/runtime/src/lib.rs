@@ -6,8 +6,8 @@
 //! - [`VirtualSession`] holds a whole session in one thread, with simulated links and clocks; [`virtual_run`] runs a
 //!   scene that way, far faster than real time, to the same bytes every time;
 //! - [`real_time`] starts sessions on real clocks and sockets: one pacing thread a process, two network threads a host
-//!   ([`NetworkThreads`]) around a [`transport`], one thread a host that simulates a soft object, one recorder thread. A
-//!   [`SessionHandle`] is the rest of the program's view of it.
+//!   ([`NetworkThreads`]) around a [`transport`], one thread a host that simulates a soft object, one recorder thread, and a
+//!   watchdog that switches forces off when ticks do not come. A [`SessionHandle`] is the rest of the program's view of it.
 //!
 //! Both write the same recording (a [`Recorder`] writes [`RecordItem`]s), which [`RecordingReader`] reads, [`export_csv`]
 //! turns into tables and [`replay()`] simulates again, bit for bit. A tick is due at `k·T_c` of session time; a host that is
@@ -28,10 +28,13 @@ mod data_age;
 mod device_choice;
 mod exchange;
 mod export;
+mod failures;
 mod faults;
+mod force_off;
 mod guests;
 mod haptic_host;
 mod haptic_loop;
+mod heartbeat;
 mod joining;
 mod live;
 mod mailbox;
@@ -39,6 +42,7 @@ mod messages;
 mod network_threads;
 mod observer;
 mod options;
+mod own_limits;
 mod pointer;
 mod priority;
 pub mod real_time;
@@ -61,12 +65,15 @@ mod timing;
 pub mod transport;
 pub mod virtual_run;
 mod virtual_time;
+mod watchdog;
 
 pub use change::HostChange;
 pub use device_choice::DeviceChoice;
 pub use exchange::{RECORD_RING_BYTES, RecordConsumer, RecordProducer, RecordSink, record_ring};
 pub use export::{ExportError, export_csv};
+pub use failures::Failures;
 pub use faults::{DeviceFaults, FaultText};
+pub use force_off::switch_off_all_forces;
 pub use joining::full_session_endpoint;
 pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path};
 pub use network_threads::{HapticPort, Inbound, NetworkThreads, Outbound};
@@ -74,6 +81,7 @@ pub use observer::{
     Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, SettingsVerdict, Shaking,
 };
 pub use options::RealTimeOptions;
+pub use own_limits::OwnLimits;
 pub use pointer::{HeldBy, PointerHandle, Seat, TakeError};
 pub use record::{DeviceRecord, Note, RecordItem, RecordKind, SurfaceRecord, TickRecord};
 pub use recorder::{MAX_MESSAGE_BYTES, RecordError, Recorder, RecordingHeader, RecordingSummary};

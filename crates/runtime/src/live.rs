@@ -21,9 +21,9 @@ use self::shared::{Present, Shared};
 use crate::clock;
 use crate::guests::Guests;
 use crate::options::RealTimeOptions;
+use crate::own_limits::OwnLimits;
 use crate::pointer::{HeldBy, PointerHandle, Seat, TakeError};
 use crate::real_time;
-use crate::recorder::RecordError;
 use crate::session_handle::{LOOK_PERIOD, SessionHandle};
 use crate::snapshot::{HostSnapshot, Snapshot};
 use crate::start_error::StartError;
@@ -43,6 +43,8 @@ const PAUSED: &str =
 pub struct LiveSession {
     shared: Arc<Shared>,
     guests: Guests,
+    /// What this host allows, whatever a page asks for.
+    limits: OwnLimits,
 }
 
 impl LiveSession {
@@ -72,6 +74,7 @@ impl LiveSession {
     pub fn run_local(scene: &Scene, options: RealTimeOptions) -> Result<Self, StartError> {
         let began = clock::now();
         let handle = real_time::run_local(scene, &options)?;
+        let limits = Some(handle.limits());
         let ends_at = options.duration_s.map(|duration_s| began.plus_ns((duration_s * 1e9) as i64));
         let starter = move |scene: &Scene, generation: u32| {
             let gone_s = clock::now().since(began) as f64 * 1e-9;
@@ -81,6 +84,7 @@ impl LiveSession {
                 recording: options.recording.as_deref().map(|path| numbered_path(path, generation)),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
                 devices: options.devices.clone(),
+                limits,
             };
             real_time::run_local(scene, &options)
         };
@@ -88,7 +92,7 @@ impl LiveSession {
     }
 
     fn new(handle: SessionHandle, starter: Option<Starter>) -> Self {
-        let scene = handle.present_scene();
+        let (scene, limits) = (handle.present_scene(), handle.limits());
         let present = Present {
             last: handle.snapshot(),
             handle: Some(handle),
@@ -99,13 +103,14 @@ impl LiveSession {
             summary: None,
             ended: Vec::new(),
             news: Vec::new(),
+            failures: Vec::new(),
             begun_anew: 0,
             watched_until: LocalTime(i64::MIN),
             waits_until: LocalTime(i64::MIN),
         };
         let (changing, stopping) = (Mutex::new(()), AtomicBool::new(false));
         let shared = Shared { starter, changing, present: Mutex::new(present), stopping };
-        Self { shared: Arc::new(shared), guests: Guests::default() }
+        Self { shared: Arc::new(shared), guests: Guests::default(), limits }
     }
 
     /// The scene that runs, with the impairment that it runs with, and its number, from 1.
@@ -127,7 +132,7 @@ impl LiveSession {
     /// # Errors
     /// When the session is shared, over, or the next one does not start.
     pub fn change(&self, scene: Scene) -> Result<Changed, ChangeError> {
-        self.shared.change(realisable(&scene).0)
+        self.shared.change(self.limits.apply(&realisable(&scene).0))
     }
 
     /// Begins anew with the same scene.
@@ -142,7 +147,8 @@ impl LiveSession {
     /// and with the hands tracked that pointers move. With a sentence where that differs from what was asked for.
     #[must_use]
     pub fn as_it_would_run(&self, scene: &Scene) -> (Scene, Option<String>) {
-        let (mut scene, note) = realisable(scene);
+        let (scene, note) = realisable(scene);
+        let mut scene = self.limits.apply(&scene);
         if !self.may_change() {
             let impairment = self.shared.present().scene.link.impairment.clone();
             scene = scene
@@ -208,11 +214,26 @@ impl LiveSession {
         let mut news = std::mem::take(&mut present.news);
         if let Some(handle) = &present.handle {
             news.extend(handle.take_device_faults());
+            news.extend(handle.take_standstill());
             if !self.may_change() {
                 news.extend(handle.take_news());
             }
         }
         news
+    }
+
+    /// What has failed since the last call besides loops and devices, in words, for whoever waits for the session and for its pages.
+    #[must_use]
+    pub fn take_failures(&self) -> Vec<String> {
+        let mut present = self.shared.present();
+        let mut failures = std::mem::take(&mut present.failures);
+        failures.extend(present.handle.iter().flat_map(SessionHandle::take_failures));
+        failures
+    }
+
+    /// As [`SessionHandle::fail`].
+    pub fn fail(&self, why: &str) {
+        self.shared.present().handle.iter().for_each(|handle| handle.fail(why));
     }
 
     /// Which hosts run in this process; none between two sessions.
@@ -273,10 +294,7 @@ impl LiveSession {
     }
 
     /// Waits for the end and says what happened in the last session.
-    ///
-    /// # Errors
-    /// When a recording could not be written to its end.
-    pub fn finish(self) -> Result<Summary, RecordError> {
+    pub fn finish(self) -> Summary {
         while !self.has_ended() {
             thread::sleep(LOOK_PERIOD);
         }
@@ -293,7 +311,7 @@ impl LiveSession {
             .map(SessionHandle::finish)
             .or(summary)
             .expect("a session has run, and its end is asked for once");
-        last.map(|last| Summary { earlier: ended, ..last })
+        Summary { earlier: ended, ..last }
     }
 }
 

@@ -11,12 +11,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
-use cotouch_net::{ClockMap, Endpoint, Event, StatePacket};
+use cotouch_net::{ClockMap, Endpoint, Event, StatePacket, printable};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::{LocalTime, SessionTime};
 
 use crate::clock;
+use crate::failures::{Failures, spawn_essential};
 use crate::priority::{HELPER_STACK_BYTES, raise_network_thread};
 use crate::transport::{DynTransport, Impaired, MAX_WAIT, Transport};
 
@@ -117,7 +118,8 @@ struct Protocol {
 }
 
 impl NetworkThreads {
-    /// Starts the threads of a host whose `endpoint` speaks through `transport`; `name` is for debuggers.
+    /// Starts the threads of a host whose `endpoint` speaks through `transport`; `name` is for debuggers. `failures` is told when one
+    /// of them panics, and that the session is to end.
     ///
     /// # Errors
     /// When a thread cannot be started.
@@ -125,6 +127,7 @@ impl NetworkThreads {
         transport: Impaired<DynTransport>,
         endpoint: Endpoint,
         name: &str,
+        failures: &Failures,
     ) -> io::Result<(Self, HapticPort)> {
         let (inbound_in, inbound_out) = rtrb::RingBuffer::new(QUEUE);
         let (outbound_in, outbound_out) = rtrb::RingBuffer::new(QUEUE);
@@ -144,8 +147,10 @@ impl NetworkThreads {
             stop: AtomicBool::new(false),
             dropped_inbound: AtomicU64::new(0),
         });
-        let sender = spawn(&format!("{name} send"), &shared, move |shared| shared.send_loop(outbound_out))?;
-        let receiver = spawn(&format!("{name} recv"), &shared, |shared| shared.receive_loop())?;
+        let send = move |shared: &Shared| shared.send_loop(outbound_out);
+        let sender = spawn(&format!("{name} send"), "sends", &shared, failures, send)?;
+        let receive = |shared: &Shared| shared.receive_loop();
+        let receiver = spawn(&format!("{name} recv"), "receives", &shared, failures, receive)?;
         let sender_thread = sender.thread().clone();
         let port = HapticPort {
             inbound: inbound_out,
@@ -195,9 +200,10 @@ impl NetworkThreads {
         self.shared.dropped_inbound.load(Ordering::Relaxed)
     }
 
-    /// Says goodbye to the peers, waits a moment for their answer, and ends the threads.
+    /// Says goodbye to the peers, waits a moment for their answer, and ends the threads. It is said even where the threads have
+    /// failed.
     pub fn leave(mut self, reason: &str) -> Endpoint {
-        self.with_endpoint(|endpoint| endpoint.leave(clock::now(), reason));
+        self.shared.leave(reason);
         for _ in 0..20 {
             if self.with_endpoint(|endpoint| endpoint.is_closed()) {
                 break;
@@ -212,7 +218,7 @@ impl NetworkThreads {
         self.shared.stop.store(true, Ordering::Relaxed);
         self.sender.unpark();
         for thread in self.threads.drain(..) {
-            // A thread that panicked has said so on standard error; the rest of the session still ends in order.
+            // A panic was caught and told by the thread itself.
             let _: thread::Result<()> = thread.join();
         }
     }
@@ -226,11 +232,14 @@ impl Drop for NetworkThreads {
 
 fn spawn(
     name: &str,
+    does: &str,
     shared: &Arc<Shared>,
+    failures: &Failures,
     body: impl FnOnce(&Shared) + Send + 'static,
 ) -> io::Result<JoinHandle<()>> {
     let shared = Arc::clone(shared);
-    thread::Builder::new().name(name.to_owned()).stack_size(HELPER_STACK_BYTES).spawn(move || {
+    let thread = thread::Builder::new().name(name.to_owned()).stack_size(HELPER_STACK_BYTES);
+    spawn_essential(thread, format!("the thread that {does} packets"), failures.clone(), move || {
         raise_network_thread();
         body(&shared);
     })
@@ -239,6 +248,13 @@ fn spawn(
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, Protocol> {
         self.protocol.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn leave(&self, reason: &str) {
+        let now = clock::now();
+        let mut protocol = self.lock();
+        protocol.endpoint.leave(now, reason);
+        self.pump(&mut protocol, now);
     }
 
     fn receive_loop(&self) {
@@ -322,13 +338,13 @@ impl Protocol {
             }
             Event::PeerLeft { host, reason } => {
                 let name = self.name_of(host);
-                self.presence(host, false, format!("{name} has left: {reason}"));
+                self.presence(host, false, format!("{name} has left: {}", printable(&reason)));
             }
             Event::PeerLost { host } => {
                 let name = self.name_of(host);
                 self.presence(host, false, format!("{name} is lost: nothing is heard any more"));
             }
-            Event::Refused(reason) => self.refusal = Some(reason.to_string()),
+            Event::Refused(reason) => self.refusal = Some(printable(&reason.to_string())),
             Event::Welcome { name, .. } => {
                 self.joined = true;
                 self.tell(format!("you are {name}"));

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use cotouch_scene::scene::Impairment;
 
 use crate::device_choice::DeviceChoice;
+use crate::own_limits::OwnLimits;
 
 /// What the caller decides about a session in real time.
 #[derive(Clone, Debug, Default)]
@@ -17,4 +18,7 @@ pub struct RealTimeOptions {
     pub impairment: Option<Impairment>,
     /// Which devices the users of this process have; the simulated hand where nothing is said.
     pub devices: Vec<DeviceChoice>,
+    /// What this host allows at most, whatever the scene asks for. Where nothing is said: the scene's own limits, and those of
+    /// [`OwnLimits::BUILT_IN`] where the scene comes from a server.
+    pub limits: Option<OwnLimits>,
 }

@@ -8,6 +8,9 @@ pub(crate) const HAPTIC_STACK_BYTES: usize = 512 * 1024;
 /// Stack of a network or recorder thread.
 pub(crate) const HELPER_STACK_BYTES: usize = 256 * 1024;
 
+/// SCHED_FIFO priority of the watchdog: it takes the force away from a haptic thread that keeps the processor, too.
+const WATCHDOG_FIFO_PRIORITY: u8 = FIFO_PRIORITY + 1;
+
 /// SCHED_FIFO priority of the haptic thread; audio servers and PREEMPT_RT interrupt threads use more.
 const FIFO_PRIORITY: u8 = 40;
 
@@ -37,8 +40,17 @@ pub(crate) fn raise_haptic_thread() -> Option<String> {
 /// Raises the calling thread to real-time scheduling, just below the haptic thread. Where the system does not allow that, it
 /// stays as it was: the haptic thread of the same process meets the same refusal, and says so.
 pub(crate) fn raise_network_thread() {
-    if let Err(error) = raise_to_fifo(NETWORK_FIFO_PRIORITY) {
-        tracing::debug!("a network thread runs without real-time scheduling: {error:?}");
+    raise_helper("a network thread", NETWORK_FIFO_PRIORITY);
+}
+
+/// Raises the calling thread to real-time scheduling, just above the haptic thread, if the system allows that.
+pub(crate) fn raise_watchdog_thread() {
+    raise_helper("the watchdog", WATCHDOG_FIFO_PRIORITY);
+}
+
+fn raise_helper(thread: &str, priority: u8) {
+    if let Err(error) = raise_to_fifo(priority) {
+        tracing::debug!("{thread} runs without real-time scheduling: {error:?}");
     }
 }
 

@@ -18,12 +18,15 @@ use crate::clock;
 use crate::control::Control;
 use crate::device_choice::{missing_fingers, open_device};
 use crate::exchange::RecordSink;
+use crate::failures::Failures;
+use crate::force_off;
 use crate::haptic_host::HapticHost;
 use crate::haptic_loop;
 use crate::joining::{fetch_scene, full_session_endpoint, joining_endpoint, serving_endpoint};
 use crate::mailbox;
 use crate::network_threads::{HapticPort, NetworkThreads};
 use crate::options::RealTimeOptions;
+use crate::own_limits::OwnLimits;
 use crate::pointer::GuidedHand;
 use crate::priority::HAPTIC_STACK_BYTES;
 use crate::recording_thread::RecordingThread;
@@ -35,6 +38,7 @@ use crate::start_error::{JOIN_PATIENCE, StartError};
 use crate::station::Station;
 use crate::timing::Timing;
 use crate::transport::{self, DynTransport, Impaired};
+use crate::watchdog;
 
 /// A host that takes part, with its network threads.
 type JoinedHost = (NetworkThreads, HapticPort);
@@ -108,17 +112,20 @@ pub fn run_local_with(
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
     assert_eq!(devices.len(), usize::from(scene.session.users), "one device a host");
+    let limits = options.limits.unwrap_or_else(|| OwnLimits::of(scene));
+    let scene = &limits.apply(scene);
     let simulation = slow_simulation(scene)?;
+    let control = Arc::new(Control::default());
     let mut seats = Vec::new();
     let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
     let server = ends[0].route().map_err(StartError::Thread)?;
     for (host, end) in scene.hosts().zip(ends) {
         let endpoint = full_session_endpoint(scene, host, server, clock::now());
-        seats.push(take_seat(end, endpoint, host, scene.session.seed, options)?);
+        seats.push(take_seat(end, endpoint, host, scene.session.seed, options, &control.failures)?);
         wait_to_be_taken_in(&seats[host.index()].0, server, &|| true)?;
     }
-    start(scene, simulation, seats, devices, options)
+    Ok(start(scene, simulation, seats, devices, options, control)?.with_limits(limits, None))
 }
 
 /// Starts the first host of `scene`, which the others join at `listen`. The session's clock starts at once.
@@ -130,15 +137,20 @@ pub fn serve(
     listen: impl Into<Route>,
     options: &RealTimeOptions,
 ) -> Result<SessionHandle, StartError> {
+    let limits = options.limits.unwrap_or_else(|| OwnLimits::of(scene));
+    let scene = &limits.apply(scene);
     let simulation = slow_simulation(scene)?;
     let end = transport::listen(listen.into())?;
     let server = end.route().map_err(StartError::Thread)?;
     let endpoint = serving_endpoint(scene, clock::now());
-    let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options)?;
-    start_one(scene, simulation, seat, HostIndex::FIRST, server, options)
+    let control = Arc::new(Control::default());
+    let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options, &control.failures)?;
+    let handle = start_one(scene, simulation, (seat, HostIndex::FIRST), server, options, control)?;
+    Ok(handle.with_limits(limits, None))
 }
 
-/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server. While an answer is
+/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server, and is given with no
+/// more force than the limits of `options` allow. While an answer is
 /// waited for, `wanted` is asked again and again whether to go on.
 ///
 /// # Errors
@@ -152,28 +164,33 @@ pub fn join(
 ) -> Result<(Scene, SessionHandle), StartError> {
     let server = server.into();
     let end = transport::connect(server)?;
-    let scene = fetch_scene(&*end, server, JOIN_PATIENCE, wanted)?;
+    let asked = fetch_scene(&*end, server, JOIN_PATIENCE, wanted)?;
+    let limits = options.limits.unwrap_or(OwnLimits::BUILT_IN);
+    let scene = limits.apply(&asked);
     // Made before the session hears of this host: it may take a while.
     let simulation = slow_simulation(&scene)?;
-    let endpoint = joining_endpoint(&scene, user, server, clock::now());
-    let (network, port) = take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options)?;
+    // In the session it is the scene that was asked for: what this host allows is its own affair.
+    let endpoint = joining_endpoint(&asked, user, server, clock::now());
+    let control = Arc::new(Control::default());
+    let (network, port) =
+        take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options, &control.failures)?;
     wait_to_be_taken_in(&network, server, wanted)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let handle = start_one(&scene, simulation, (network, port), host, server, options)?;
-    Ok((scene, handle))
+    let handle = start_one(&scene, simulation, ((network, port), host), server, options, control)?;
+    Ok((scene, handle.with_limits(limits, limits.refusal(&asked))))
 }
 
-/// Starts the host that has `seat` in the session at `server`.
+/// Starts the host that has this seat in the session at `server`.
 fn start_one(
     scene: &Scene,
     simulation: Option<SlowLoop>,
-    seat: JoinedHost,
-    host: HostIndex,
+    (seat, host): (JoinedHost, HostIndex),
     server: Route,
     options: &RealTimeOptions,
+    control: Arc<Control>,
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = device_of(scene, host, options)?;
-    let handle = start(scene, simulation, vec![seat], vec![device], options)?;
+    let handle = start(scene, simulation, vec![seat], vec![device], options, control)?;
     Ok(handle.with_places(place.into_iter().collect()).with_server(server))
 }
 
@@ -183,10 +200,11 @@ fn take_seat(
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
+    failures: &Failures,
 ) -> Result<JoinedHost, StartError> {
     let transport = Impaired::new(end);
     transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
-    NetworkThreads::start(transport, endpoint, &host.to_string()).map_err(StartError::Thread)
+    NetworkThreads::start(transport, endpoint, &host.to_string(), failures).map_err(StartError::Thread)
 }
 
 fn wait_to_be_taken_in(
@@ -216,31 +234,37 @@ fn start(
     seats: Vec<JoinedHost>,
     devices: Vec<Box<dyn Device>>,
     options: &RealTimeOptions,
+    control: Arc<Control>,
 ) -> Result<SessionHandle, StartError> {
     let hosts: Vec<HostIndex> = seats
         .iter()
         .map(|(network, _)| network.with_endpoint(|endpoint| endpoint.host()).unwrap_or(HostIndex::FIRST))
         .collect();
-    let (recording, sinks) = RecordingThread::start(scene, &hosts, options.recording.as_deref())?;
+    let (recording, sinks) = RecordingThread::start(scene, &hosts, options.recording.as_deref(), &control)?;
     let mut sinks = sinks.into_iter();
     let mut haptic = Vec::new();
     let mut locals = Vec::new();
+    let mut switches = Vec::new();
     for (((network, port), device), host) in seats.into_iter().zip(devices).zip(hosts) {
         let (snapshot_in, snapshot_out) = triple_buffer::triple_buffer(&HostSnapshot::default());
         let sink = sinks.next().map(|sink| Box::new(sink) as Box<dyn RecordSink + Send>);
+        let switch = device.force_switch();
+        switches.push(Arc::clone(&switch));
         let device_note = missing_fingers(scene, host, &device);
         let mut station = Station::new(scene, host, device, sink);
         let mut soft = None;
         if let Some(simulation) = simulation.clone().filter(|_| is_simulated_at(scene, host)) {
-            let (port, thread) = start_slow_thread(scene, host, simulation).map_err(StartError::Thread)?;
+            let (port, thread) =
+                start_slow_thread(scene, host, simulation, &control.failures).map_err(StartError::Thread)?;
             (station, soft) = (station.with_soft(port), Some(thread));
         }
-        haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new() });
+        haptic.push(HapticHost { station, port, snapshot: snapshot_in, timing: Timing::new(), switch });
         locals.push(Local { host, network, snapshot: snapshot_out, soft, device_note, told_faults: 0 });
     }
-    let control = Arc::new(Control::default());
     let (changes, mailbox) = mailbox::both_ends();
     let (rate, duration_s, shared) = (scene.rates.control_hz, options.duration_s, Arc::clone(&control));
+    force_off::register(&switches);
+    watchdog::start(&control, switches, rate).map_err(StartError::Thread)?;
     let thread = thread::Builder::new()
         .name("haptic".to_owned())
         .stack_size(HAPTIC_STACK_BYTES)

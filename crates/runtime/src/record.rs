@@ -1,7 +1,7 @@
 //! What a session's recording is made of: everything that a host consumed, and everything that came of it.
 //!
 //! A host's items stand in the order in which the host took them, so that feeding `Received`, `Presence`, `Surface`,
-//! `Release` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
+//! `Release`, `ForceOff` and `Changed` items back and ticking at every `Tick` item re-creates the run bit for bit.
 
 use arrayvec::{ArrayString, ArrayVec};
 use cotouch_device::DeviceLimits;
@@ -56,6 +56,9 @@ pub enum RecordKind {
     Adopt,
     /// From here on the governor lets go.
     Release,
+    /// The device's force was switched off from outside, because the loop stood still; from here on forces begin again from
+    /// nothing, and contacts where fingers are.
+    ForceOff,
     /// From here on the session runs with other settings: the whole changed scene, as TOML.
     Changed(String),
     /// The soft body's surface of a slow period came into use at this tick. Consumed: which period's; the rest is for

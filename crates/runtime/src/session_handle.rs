@@ -1,6 +1,6 @@
 //! A running session, as the rest of the program sees it.
 
-use std::sync::atomic::Ordering;
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
@@ -15,6 +15,7 @@ use crate::control::Control;
 use crate::haptic_host::HapticHost;
 use crate::mailbox;
 use crate::network_threads::NetworkThreads;
+use crate::own_limits::OwnLimits;
 use crate::pointer::{GuidedHand, HeldBy, PointerHandle, Seat, TakeError};
 use crate::recording_thread::RecordingThread;
 use crate::snapshot::{HostSnapshot, LinkSnapshot, Snapshot};
@@ -56,6 +57,20 @@ pub struct SessionHandle {
     places: Vec<GuidedHand>,
     /// Where others join, if they can.
     server: Option<Route>,
+    told: Told,
+    /// What this host allows, whatever a changed scene asks for.
+    limits: OwnLimits,
+    /// What the scene asked for and did not get, in words.
+    refusal: Option<String>,
+}
+
+/// What was told already.
+#[derive(Default)]
+struct Told {
+    /// Of the failures.
+    failures: AtomicUsize,
+    /// Times at which the haptic thread stood still.
+    stood_still: AtomicU64,
 }
 
 impl SessionHandle {
@@ -74,6 +89,7 @@ impl SessionHandle {
         };
         let present =
             scene.edit(|present| meet(&mut present.link)).expect("an impairment is checked with its scene");
+        let limits = OwnLimits::of(&scene);
         let changing = Mutex::new(Changing { scene: present, sender });
         Self {
             scene,
@@ -84,6 +100,9 @@ impl SessionHandle {
             recording,
             places: Vec::new(),
             server: None,
+            told: Told::default(),
+            limits,
+            refusal: None,
         }
     }
 
@@ -97,6 +116,18 @@ impl SessionHandle {
     pub(crate) fn with_server(mut self, server: Route) -> Self {
         self.server = Some(server);
         self
+    }
+
+    /// The same session, whose scene may not ask for more than `limits`, and what it asked for in vain, in words.
+    pub(crate) fn with_limits(mut self, limits: OwnLimits, refusal: Option<String>) -> Self {
+        (self.limits, self.refusal) = (limits, refusal);
+        self
+    }
+
+    /// What this host allows at most, whatever a changed scene asks for.
+    #[must_use]
+    pub fn limits(&self) -> OwnLimits {
+        self.limits
     }
 
     /// Where others join, if they can.
@@ -122,6 +153,7 @@ impl SessionHandle {
     /// made, a few ticks as a rule; before the first tick, it is made with that.
     #[must_use]
     pub fn change(&self, scene: &Scene) -> bool {
+        let scene = &self.limits.apply(scene);
         let mut changing = self.changing.lock().unwrap_or_else(PoisonError::into_inner);
         if changing.scene == *scene {
             return true;
@@ -164,10 +196,10 @@ impl SessionHandle {
         self.control.started.load(Ordering::Acquire)
     }
 
-    /// Whether the last tick is done.
+    /// Whether the last tick is done, or no more are waited for.
     #[must_use]
     pub fn has_ended(&self) -> bool {
-        self.control.ended.load(Ordering::Acquire)
+        self.control.has_ended()
     }
 
     /// Session time since the first tick, s.
@@ -194,10 +226,12 @@ impl SessionHandle {
         self.lock().iter().flat_map(|local| local.network.take_news()).collect()
     }
 
-    /// What a person is to know of the devices of this process as the session begins, in words.
+    /// What a person is to know of the devices of this process as the session begins, in words: fingers that they lack, and forces that
+    /// the scene asks for and this host does not allow.
     #[must_use]
     pub fn device_notes(&self) -> Vec<String> {
-        self.lock().iter().filter_map(|local| local.device_note.clone()).collect()
+        let fingers = self.lock().iter().filter_map(|local| local.device_note.clone()).collect::<Vec<_>>();
+        self.refusal.iter().cloned().chain(fingers).collect()
     }
 
     /// How devices of this process have begun to fail since the last call, in words.
@@ -211,6 +245,41 @@ impl SessionHandle {
             is_new.then(|| format!("{user}'s device fails: {text}"))
         });
         new.collect()
+    }
+
+    /// What has failed besides loops and devices since the last call, in words; with a thread without which the session cannot go
+    /// on, it ends by itself.
+    #[must_use]
+    pub fn take_failures(&self) -> Vec<String> {
+        let all = self.control.failures.all();
+        let told = self.told.failures.swap(all.len(), Ordering::Relaxed);
+        all.into_iter().skip(told).collect()
+    }
+
+    /// How many of its failures were told.
+    pub(crate) fn failures_told(&self) -> usize {
+        self.told.failures.load(Ordering::Relaxed)
+    }
+
+    /// That ticks did not come and forces were switched off since the last call, in words: the first time, the second, the fourth,
+    /// and so on.
+    #[must_use]
+    pub fn take_standstill(&self) -> Option<String> {
+        let times = self.control.heartbeat.times();
+        let told = self.told.stood_still.load(Ordering::Relaxed);
+        if times < (2 * told).max(1) {
+            return None;
+        }
+        self.told.stood_still.store(times, Ordering::Relaxed);
+        let often = if times > 1 { format!("; {times} times so far") } else { String::new() };
+        Some(format!(
+            "haptic ticks did not come in time: all forces were switched off, and come back softly when ticks do{often}"
+        ))
+    }
+
+    /// Lets the session go, because of `why`, which its summary has.
+    pub fn fail(&self, why: &str) {
+        self.control.failures.tell_and_end(why.to_owned());
     }
 
     /// Whether this process has joined a session whose first host, which keeps its clock, is not there any more.
@@ -305,37 +374,40 @@ impl SessionHandle {
     }
 
     /// Waits for the end of the session and says what happened. Ends when the duration is over, or after a
-    /// [`SessionHandle::stop`].
-    ///
-    /// # Errors
-    /// When the recording could not be written to its end.
-    pub fn finish(mut self) -> Result<Summary, crate::recorder::RecordError> {
-        let haptic = self.haptic.take().map(JoinHandle::join);
-        let hosts = match haptic {
-            Some(Ok(hosts)) => hosts,
-            Some(Err(panic)) => std::panic::resume_unwind(panic),
-            None => Vec::new(),
-        };
+    /// [`SessionHandle::stop`], or when something failed without which it cannot go on.
+    pub fn finish(mut self) -> Summary {
+        let mut hosts = self.join_haptic_thread().into_iter();
+        let Control { failures, heartbeat, .. } = &*self.control;
+        let reason = if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
         let locals = std::mem::take(&mut *self.lock());
         let mut runs = Vec::new();
-        for (local, host) in locals.into_iter().zip(hosts) {
-            let HapticHost { station, timing, .. } = host;
-            let endpoint = local.network.leave("ended on purpose");
+        for local in locals {
+            // Said whatever became of the haptic thread.
+            let endpoint = local.network.leave(reason);
+            let Some(HapticHost { station, timing, .. }) = hosts.next() else { continue };
             let peers = local.host.others(self.scene.session.users);
             let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.
             runs.push(HostRun::new(&station, timing, links));
-            // With the station went what the simulation is asked by: its thread ends.
+            // With the station went what the simulation is asked by: its thread ends. A panic was caught and told by itself.
             drop(station);
-            if let Some(Err(panic)) = local.soft.map(JoinHandle::join) {
-                std::panic::resume_unwind(panic);
-            }
+            let _: Option<thread::Result<()>> = local.soft.map(JoinHandle::join);
         }
         let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
-        if let Some(recording) = self.recording.take() {
-            summary.recording = Some(recording.finish(&summary)?);
+        summary.haptic.stood_still = heartbeat.times();
+        summary.recording = self.recording.take().and_then(|recording| recording.finish(&summary, failures));
+        summary.failures = failures.all();
+        summary
+    }
+
+    /// The hosts, after the last tick; none where the haptic thread does not answer.
+    fn join_haptic_thread(&mut self) -> Vec<HapticHost> {
+        while !self.has_ended() {
+            thread::sleep(LOOK_PERIOD / 10);
         }
-        Ok(summary)
+        let is_lost = !self.control.ended.load(Ordering::Acquire);
+        let haptic = self.haptic.take().filter(|_| !is_lost);
+        haptic.map(JoinHandle::join).and_then(Result::ok).unwrap_or_default()
     }
 
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Local>> {
@@ -346,8 +418,8 @@ impl SessionHandle {
 impl Drop for SessionHandle {
     fn drop(&mut self) {
         self.stop();
-        if let Some(haptic) = self.haptic.take() {
-            let _: thread::Result<Vec<HapticHost>> = haptic.join();
+        if self.haptic.is_some() {
+            drop(self.join_haptic_thread());
         }
     }
 }

@@ -12,6 +12,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 
 use crate::clock;
+use crate::failures::{Failures, spawn_essential};
 use crate::slow::{SlowPort, SlowResult};
 
 /// How long the thread sleeps when there is nothing to do.
@@ -20,7 +21,8 @@ const LOOK_PERIOD: Duration = Duration::from_micros(500);
 /// Results that wait for ticks at most.
 const RESULTS: usize = 16;
 
-/// Starts the simulation's thread for `host`; it ends when the port is dropped.
+/// Starts the simulation's thread for `host`; it ends when the port is dropped. `failures` is told when it panics, and that the
+/// session is to end.
 ///
 /// # Errors
 /// When no thread can be had.
@@ -28,14 +30,16 @@ pub fn start_slow_thread(
     scene: &Scene,
     host: HostIndex,
     simulation: SlowLoop,
+    failures: &Failures,
 ) -> io::Result<(SlowPort, JoinHandle<()>)> {
     // One period waits while another is simulated: more would only make results older.
     let (ask, asked) = rtrb::RingBuffer::new(1);
     let (answer, answers) = rtrb::RingBuffer::new(RESULTS);
     let port = SlowPort::threaded(scene, simulation.rest_frame(), ask, answers);
-    let thread = thread::Builder::new()
-        .name(format!("soft body of {host}"))
-        .spawn(move || simulate(simulation, asked, answer))?;
+    let what = format!("soft body of {host}");
+    let thread = thread::Builder::new().name(what.clone());
+    let body = move || simulate(simulation, asked, answer);
+    let thread = spawn_essential(thread, format!("the simulation of the {what}"), failures.clone(), body)?;
     Ok((port, thread))
 }
 

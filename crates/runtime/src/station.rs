@@ -12,7 +12,7 @@ use cotouch_device::{
 };
 use cotouch_host::{HostModel, HostState, Role, TickOutput};
 use cotouch_net::StatePacket;
-use cotouch_scene::geometry::{Pose, Reading, Readings, Wrenches};
+use cotouch_scene::geometry::{Pose, Reading, Readings, Wrench, Wrenches};
 use cotouch_scene::limits::{MAX_BODIES, MAX_FINGERS};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
@@ -47,6 +47,8 @@ pub struct Station<D> {
     /// Judges the run.
     pub observer: Observer,
     governor: Governor,
+    /// Where fingers start, m.
+    starts: ArrayVec<DVec3, MAX_FINGERS>,
     settings: SettingsLog,
     data_age: DataAge,
     /// The way to the simulation of a soft object, where this host has one.
@@ -137,7 +139,7 @@ impl<D: Device> Station<D> {
         mut sink: Option<Box<dyn RecordSink + Send>>,
     ) -> Self {
         let model = HostModel::new(scene, host);
-        let governor = Governor::new(&scene.governor, device.limits(), scene.rates.control_hz);
+        let governor = Governor::new(scene, device.limits());
         let fingers = device.fingers().clamp(1, model.own_fingers());
         let state = StationState {
             host: HostState::new(&model),
@@ -147,6 +149,7 @@ impl<D: Device> Station<D> {
             last_tick: None,
             last_readings: resting(scene, host, fingers),
         };
+        let starts = state.last_readings.iter().map(|reading| reading.pose.position).collect();
         let state_bytes = if sink.is_some() { STATE_BYTES + model.state_bytes() } else { 0 };
         if let Some(sink) = &mut sink {
             let kind = RecordKind::Device(DeviceRecord::new(device.name(), device.limits()));
@@ -159,6 +162,7 @@ impl<D: Device> Station<D> {
             settings: SettingsLog::new(scene),
             data_age: DataAge::new(scene),
             governor,
+            starts,
             soft: None,
             surface: SurfaceRecord::default(),
             braked_ticks: 0,
@@ -209,6 +213,7 @@ impl<D: Device> Station<D> {
             device: self.device.clone(),
             observer: self.observer.clone(),
             governor: self.governor.clone(),
+            starts: self.starts.clone(),
             settings: self.settings.clone(),
             data_age: self.data_age.clone(),
             soft: self.soft.as_ref().and_then(SlowPort::fork),
@@ -286,8 +291,8 @@ impl<D: Device> Station<D> {
             }
         }
         std::mem::swap(&mut self.model, &mut change.model);
+        self.governor = Governor::new(&change.scene, self.device.limits());
         self.settings.change(&mut change.scene, &mut self.observer, next_tick);
-        self.governor = Governor::new(&change.governor, self.device.limits(), self.model.schedule.control());
         true
     }
 
@@ -296,6 +301,17 @@ impl<D: Device> Station<D> {
         if !self.state.releasing {
             self.record(|| RecordKind::Release);
             self.state.releasing = true;
+        }
+    }
+
+    /// Takes note that the device's force was switched off from outside, because the loop stood still: forces begin again from
+    /// nothing, through the soft start, and contacts where fingers are now. The switch is not touched. No allocation.
+    pub fn force_off(&mut self) {
+        self.record(|| RecordKind::ForceOff);
+        self.state.governors.iter_mut().for_each(GovernorState::force_off);
+        self.state.host.reanchor(&self.model);
+        for (port, reading) in self.state.ports.iter_mut().zip(&self.state.last_readings) {
+            port.hold(reading, Wrench::default());
         }
     }
 
@@ -382,14 +398,16 @@ impl<D: Device> Station<D> {
         let stop = self.state.releasing || self.output.diverged || skipped_too_many;
         let link_ok = self.model.role != Role::Client || self.state.host.peers[0].present;
         let fresh = !self.instant.device_failed;
-        let fingers = self.state.governors.iter_mut().zip(&self.state.ports);
+        let fingers = self.state.governors.iter_mut().zip(&self.state.ports).zip(&self.starts);
         let fingers = fingers.zip(&self.output.device).zip(&self.instant.readings);
-        let govern =
-            |(((state, port), &requested), &reading): (((&mut GovernorState, &PortEnergy), _), _)| {
-                let deficit_j = port.deficit_j();
-                let input = GovernorInput { requested, reading, stop, link_ok, fresh, deficit_j };
-                self.governor.govern(state, &input)
-            };
+        let govern = |((((state, port), &start), &requested), &reading): (
+            (((&mut GovernorState, &PortEnergy), _), _),
+            &Reading,
+        )| {
+            let (from_start, deficit_j) = (reading.pose.position - start, port.deficit_j());
+            let input = GovernorInput { requested, reading, from_start, stop, link_ok, fresh, deficit_j };
+            self.governor.govern(state, &input)
+        };
         fingers.map(govern).collect()
     }
 

@@ -55,7 +55,10 @@ pub struct Summary {
     pub objects: Vec<ObjectSummary>,
     /// One entry a user.
     pub users_detail: Vec<UserSummary>,
-    /// The recording that was written.
+    /// What failed in the session besides its loops, in words: a thread, the recording, the server. Empty where nothing did.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<String>,
+    /// The recording that was written to its end.
     pub recording: Option<String>,
     /// The picture that was written.
     pub picture: Option<String>,
@@ -75,7 +78,10 @@ pub struct EarlierSession {
     pub verdict: RunVerdict,
     /// Whether it was quiet.
     pub stable: bool,
-    /// The recording that was written.
+    /// What failed in it besides its loops, in words.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub failures: Vec<String>,
+    /// The recording that was written to its end.
     pub recording: Option<String>,
     /// What it was with each set of settings.
     pub predictions: Vec<SettingsSummary>,
@@ -83,8 +89,9 @@ pub struct EarlierSession {
 
 impl From<&Summary> for EarlierSession {
     fn from(summary: &Summary) -> Self {
-        let Summary { scene, duration_s, verdict, stable, recording, predictions, .. } = summary.clone();
-        Self { scene, duration_s, verdict, stable, recording, predictions }
+        let Summary { scene, duration_s, verdict, stable, failures, recording, predictions, .. } =
+            summary.clone();
+        Self { scene, duration_s, verdict, stable, failures, recording, predictions }
     }
 }
 
@@ -115,10 +122,17 @@ impl Summary {
             soft: None,
             objects: Vec::new(),
             users_detail: scene.users.iter().map(user).collect(),
+            failures: Vec::new(),
             recording: None,
             picture: None,
             earlier: Vec::new(),
         }
+    }
+
+    /// All that failed, in the sessions before this one too.
+    pub fn all_failures(&self) -> impl Iterator<Item = &str> {
+        let earlier = self.earlier.iter().flat_map(|session| &session.failures);
+        earlier.chain(&self.failures).map(String::as_str)
     }
 
     /// Whether prediction and outcome disagree; `None` where there was no prediction.
@@ -281,6 +295,9 @@ pub struct HapticSummary {
     pub ticks: u64,
     /// Ticks that were skipped because the host was late.
     pub missed: u64,
+    /// How often ticks did not come for so long that the watchdog switched all forces off.
+    #[serde(default)]
+    pub stood_still: u64,
     /// How long ticks took.
     pub compute_us: Percentiles,
     /// How late ticks began.

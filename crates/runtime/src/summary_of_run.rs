@@ -198,6 +198,7 @@ fn haptic(runs: &[HostRun]) -> HapticSummary {
         due: ticks + missed,
         ticks,
         missed,
+        stood_still: 0,
         compute_us: percentiles(runs, |timing| &timing.compute_ns),
         lateness_us: percentiles(runs, |timing| &timing.lateness_ns),
     }

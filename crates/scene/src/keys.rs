@@ -19,7 +19,14 @@ pub(crate) struct Key<T: 'static> {
     pub(crate) unit: &'static str,
     pub(crate) doc: &'static str,
     pub(crate) access: Access<T>,
+    /// Whether its stability margin is told, where the unit does not say so.
+    margin: Option<bool>,
 }
+
+/// Units of springs, and of moduli that make them.
+const OF_SPRINGS: [&str; 3] = ["N/m", "N·m/rad", "Pa"];
+/// Units of dampers.
+const OF_DAMPERS: [&str; 2] = ["N·s/m", "N·m·s/rad"];
 
 /// What a value looks like and in which range it lies; both ends are allowed.
 #[derive(Clone, Copy, Debug)]
@@ -105,7 +112,30 @@ impl<T> Key<T> {
         doc: &'static str,
         access: Access<T>,
     ) -> Self {
-        Self { name, kind, fallback, unit, doc, access }
+        Self { name, kind, fallback, unit, doc, access, margin: None }
+    }
+
+    /// A share of a spring, whose margin is told though its unit is none of a spring's.
+    pub(crate) const fn with_margin(mut self) -> Self {
+        self.margin = Some(true);
+        self
+    }
+
+    /// A spring or damper whose margin is not told: no loop of the analysis has it, or its gains are shares of it.
+    pub(crate) const fn without_margin(mut self) -> Self {
+        self.margin = Some(false);
+        self
+    }
+
+    /// Whether it is a number whose stability margin is told: a spring, a damper, or what makes one.
+    pub(crate) fn has_margin(&self) -> bool {
+        let is_spring = || OF_SPRINGS.contains(&self.unit) || self.damps();
+        matches!(self.kind, Kind::Number { .. }) && self.margin.unwrap_or_else(is_spring)
+    }
+
+    /// Whether it is a damper, by its unit.
+    pub(crate) fn damps(&self) -> bool {
+        OF_DAMPERS.contains(&self.unit)
     }
 
     /// What is allowed: follows "it must be".

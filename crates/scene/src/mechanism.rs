@@ -22,7 +22,8 @@ pub use pantograph::{Assembly, Pantograph};
 pub use phantom::Phantom;
 pub use workspace::Workspace;
 
-use crate::scene::{DeviceKind, DeviceSpec};
+use crate::names::HostIndex;
+use crate::scene::{DeviceKind, DeviceSpec, SceneValues};
 
 /// A mechanism of one of the kinds that there are.
 ///
@@ -192,4 +193,15 @@ pub fn endpoint_inertia(device: &DeviceSpec, hand_mass_kg: f64, start: DVec3, po
     let placed = Placed::of_finger(device, start).filter(|_| device.inertia);
     let links = placed.and_then(|placed| placed.mechanism.link_inertia(position + placed.offset));
     links.map_or(hand, |links| hand + links)
+}
+
+/// The inertia (kg) of a finger of a scene's user where it is, at `position` (m, world): that of the hand and, where the scene's
+/// device adds them, of the links.
+///
+/// # Panics
+/// When the scene has no such user or finger.
+#[must_use]
+pub fn finger_inertia(scene: &SceneValues, user: HostIndex, finger: u8, position: DVec3) -> DMat3 {
+    let start = scene.users[user.index()].fingers[usize::from(finger)].position_m;
+    endpoint_inertia(&scene.device, scene.hand_impedance().mass_kg, start, position)
 }

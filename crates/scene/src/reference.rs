@@ -30,6 +30,22 @@ pub fn keys() -> Vec<KeyInfo> {
     [infos(SCENE, ""), infos(IMPAIRMENT, LINK_IMPAIRMENT)].concat()
 }
 
+/// A key on whose number the loops of scenes depend as on a spring or a damper.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GainKey {
+    /// Dotted.
+    pub name: &'static str,
+    /// Whether it is a damper.
+    pub damps: bool,
+}
+
+/// The springs and dampers of a scene, and what makes them (moduli, shares of others), by their units: those whose stability
+/// margins are told, in the order of [`keys`].
+pub fn gain_keys() -> impl Iterator<Item = GainKey> {
+    let gain = |key: &Key<_>| GainKey { name: key.name, damps: key.damps() };
+    SCENE.iter().filter(|key| key.has_margin()).map(gain)
+}
+
 /// Every key of a scene file, in Markdown.
 #[must_use]
 pub fn markdown() -> String {

@@ -17,9 +17,9 @@ use crate::names::HostIndex;
 use crate::time::Schedule;
 
 pub use crate::soft_mesh::FixedRegion;
-pub use body::{Body, Ground, Object, Shape, ShapeKind, Space, Wall, WallPlane, WallSides};
+pub use body::{Body, BodyImpedance, Ground, Object, Shape, ShapeKind, Space, Wall, WallPlane, WallSides};
 pub use coupling::{Contact, Coupling, RotationalSpringDamper, SpringDamper};
-pub use hand::{DeviceKind, DeviceSpec, GovernorLimits, Hand, VelocityEstimate};
+pub use hand::{DeviceKind, DeviceSpec, GovernorLimits, Hand, HandImpedance, VelocityEstimate};
 pub use link::{Impairment, Link, PlayOut, Way};
 pub use session::{Architecture, Coordination, Integrator, Rates, Session};
 pub use soft::{
@@ -129,6 +129,12 @@ impl SceneValues {
             rotation_rad: *rotation_rad,
             fixed: false,
         }]
+    }
+
+    /// What every finger of every user is to the ground, whatever it touches.
+    #[must_use]
+    pub fn hand_impedance(&self) -> HandImpedance {
+        HandImpedance::new(&self.hand, &self.governor)
     }
 
     /// The walls of the world: `[[wall.plane]]`, or the one across the x axis; none without stiffness and damping.

@@ -16,6 +16,7 @@ mod about;
 mod browser;
 mod bundle;
 mod changes;
+mod connections;
 mod control;
 mod controls;
 mod hub;

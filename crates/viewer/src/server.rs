@@ -6,30 +6,49 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::thread::JoinHandle;
+use std::time::Duration;
 
 use axum::Router;
+use axum::extract::connect_info::Connected;
 use axum::extract::ws::WebSocketUpgrade;
 use axum::extract::{ConnectInfo, Path, Request, State};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
 use axum::middleware::{self, Next};
 use axum::response::{IntoResponse, Response};
 use axum::routing::get;
+use axum::serve::IncomingStream;
 use cotouch_runtime::LiveSession;
 use tokio::sync::{Semaphore, mpsc, oneshot};
 
 use crate::browser::{self, Connection, LARGEST_MESSAGE_BYTES};
 use crate::bundle::{self, Part};
 use crate::changes::{self, Change};
+use crate::connections::{self, LimitedListener};
 use crate::hub::{Hub, Subject};
 use crate::lesson::Lesson;
 use crate::origin;
 use crate::predicting::{Predicting, Queue};
 use crate::predictor::Predictor;
 use crate::replays::{LONGEST_REQUEST_S, ShownRecording, ShownRecordingError};
+use crate::sender::PATIENCE;
 use crate::settings::Base;
 
 /// Browsers that look at one session at most.
 const MAX_BROWSERS: usize = 32;
+
+/// A connection on which nothing is written for so long is closed. On that of a page there is a picture or a ping sooner, or the
+/// browser is taken to be gone.
+const IDLE_FOR: Duration = PATIENCE.saturating_add(Duration::from_secs(2));
+
+/// Who asks.
+#[derive(Clone, Copy)]
+struct Peer(SocketAddr);
+
+impl Connected<IncomingStream<'_, LimitedListener>> for Peer {
+    fn connect_info(stream: IncomingStream<'_, LimitedListener>) -> Self {
+        Self(*stream.remote_addr())
+    }
+}
 
 /// Why there is no page.
 #[derive(Debug, thiserror::Error)]
@@ -168,7 +187,8 @@ async fn serve(listener: TcpListener, mut server: ServerState, stopped: oneshot:
     let hub = Arc::clone(&server.hub);
     let served = async {
         let listener = tokio::net::TcpListener::from_std(listener)?;
-        let service = routes(server).into_make_service_with_connect_info::<SocketAddr>();
+        let listener = LimitedListener::new(listener, connections::allowed(), IDLE_FOR);
+        let service = routes(server).into_make_service_with_connect_info::<Peer>();
         axum::serve(listener, service).await
     };
     tokio::select! {
@@ -196,7 +216,7 @@ fn routes(server: ServerState) -> Router {
 
 async fn live(
     State(server): State<ServerState>,
-    ConnectInfo(peer): ConnectInfo<SocketAddr>,
+    ConnectInfo(Peer(peer)): ConnectInfo<Peer>,
     upgrade: WebSocketUpgrade,
 ) -> Response {
     let upgrade = upgrade.max_message_size(LARGEST_MESSAGE_BYTES).max_frame_size(LARGEST_MESSAGE_BYTES);

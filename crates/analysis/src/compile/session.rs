@@ -4,16 +4,14 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use cotouch_scene::geometry::Pose;
-use cotouch_scene::mechanism::endpoint_inertia;
+use cotouch_scene::mechanism::finger_inertia;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
-use cotouch_scene::scene::{
-    Action, Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate,
-};
+use cotouch_scene::scene::{Architecture, PlayOut, SceneValues, Space, SpringDamper, VelocityEstimate};
 use cotouch_world::coordination::{self, Scheme, SchemeSize, TickInput};
 use glam::{DMat3, DQuat, DVec3};
 
 use super::channel::ChannelEnd;
-use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, damp};
+use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, tie_to_ground};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
     Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
@@ -50,12 +48,6 @@ pub(super) fn compile_with(scene: &SceneValues, point: &OperatingPoint, schemes:
 
 /// For channels of translation, and of rotation.
 pub(super) type Schemes = [Arc<dyn Scheme>; 2];
-
-/// The inertia of a finger where it is (m, world), kg: m_h, and the links' own where [`DeviceSpec::inertia`] asks for it.
-fn endpoint_mass(scene: &SceneValues, host: HostIndex, finger: u8, position: DVec3) -> DMat3 {
-    let start = scene.users[host.index()].fingers[usize::from(finger)].position_m;
-    endpoint_inertia(&scene.device, scene.hand.mass_kg, start, position)
-}
 
 /// A session that is being written down.
 pub(super) struct SessionLoop<'a> {
@@ -123,24 +115,19 @@ impl<'a> SessionLoop<'a> {
         session
     }
 
-    /// A finger with its arm's and its tracking impedance, the governor's sampled damping, and what its sensor remembers.
+    /// A finger with its arm's and its tracking impedance, what is rendered at it whatever it touches, and what its sensor
+    /// remembers.
     fn add_finger(&mut self, host: HostIndex, finger: usize) -> BodyId {
         let scene = self.scene;
         let user = &scene.users[host.index()];
-        let script = &user.fingers[finger].script;
-        let script = if script.is_empty() { &user.script } else { script };
-        // Tracking stays on between a script's tracking actions, so that one linear loop describes the whole run.
-        let tracking = script.iter().any(Action::tracks).then_some(user.tracking);
-        let to_ground = SpringDamper {
-            stiffness_n_per_m: scene.hand.stiffness_n_per_m + tracking.map_or(0.0, |t| t.stiffness_n_per_m),
-            damping_n_s_per_m: scene.hand.damping_n_s_per_m + tracking.map_or(0.0, |t| t.damping_n_s_per_m),
-        };
+        let impedance = scene.hand_impedance();
+        let to_ground = impedance.arm + user.tracking_of(finger);
         let axes = point_axes(scene.space);
         let index = finger as u8;
         let of_finger = |contact: &&FingerContact| (contact.user, contact.finger) == (host, index);
         let position = self.places.iter().find(of_finger);
         let position = position.map_or(user.fingers[finger].position_m, |contact| contact.centre);
-        let plant = Plant::endpoint(&endpoint_mass(scene, host, index, position), axes.len(), to_ground);
+        let plant = Plant::endpoint(&finger_inertia(scene, host, index, position), axes.len(), to_ground);
         let mut states = names(host, Part::Hand(index), axes);
         let sensor = names(host, Part::Sensor(index), axes);
         let dynamics = match scene.device.velocity {
@@ -156,13 +143,11 @@ impl<'a> SessionLoop<'a> {
             }
         };
         let hand = self.spec.body(Body { states, axes, dynamics });
-        let damper =
-            SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: scene.governor.damping_n_s_per_m };
-        self.spec.pull(hand, Motion::Ground, damper);
+        self.spec.pull(hand, Motion::Ground, impedance.rendered);
         hand
     }
 
-    /// A copy of a body with its damping or compensation.
+    /// A copy of a body with what ties it to the ground.
     fn add_copy(&mut self, host: HostIndex, index: usize) -> Option<BodyId> {
         let (scene, body) = (self.scene, &self.bodies[index]);
         if body.fixed {
@@ -179,11 +164,9 @@ impl<'a> SessionLoop<'a> {
         };
         let states = names(host, Part::Object(index as u8), axes);
         let copy = self.spec.body(Body { states, axes, dynamics });
-        let linear = scene.object.axis_damping_n_s_per_m + DVec3::splat(scene.object.damping_n_s_per_m);
-        let mut damping = Coupling::new(axes.len());
-        let moving = (Motion::Current(copy), axes);
-        damp(&mut damping, moving, linear, scene.object.rotational_damping_n_m_s_per_rad);
-        self.act(copy, damping);
+        let mut to_ground = Coupling::new(axes.len());
+        tie_to_ground(&mut to_ground, (Motion::Current(copy), axes), &scene.object.to_ground());
+        self.act(copy, to_ground);
         Some(copy)
     }
 

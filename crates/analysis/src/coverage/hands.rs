@@ -16,7 +16,7 @@ pub(super) enum Hand {
 
 /// The ways in which a user's hand can be held that differ; as told first.
 pub(super) fn ways(user: &User) -> Vec<Hand> {
-    let tracked: Vec<SpringDamper> = (0..user.fingers.len()).map(|finger| tracking(user, finger)).collect();
+    let (_, tracked) = springs(user);
     let differs = |spring: SpringDamper| tracked.iter().any(|&of_finger| of_finger != spring);
     let mut ways = vec![Hand::Told];
     ways.extend(differs(user.pointer_spring()).then_some(Hand::Taken));
@@ -40,13 +40,6 @@ pub(super) fn all_ways(users: &[User], most: f64) -> Vec<Vec<Hand>> {
     together.chain(alone).collect()
 }
 
-/// The spring of a finger's tracking, as its script has it.
-fn tracking(user: &User, finger: usize) -> SpringDamper {
-    let own = &user.fingers[finger].script;
-    let script = if own.is_empty() { &user.script } else { own };
-    if script.iter().any(Action::tracks) { user.tracking } else { SpringDamper::default() }
-}
-
 /// The scene with hands that are held so, for compiling only: what scripts press with is part of an operating point.
 pub(super) fn held(scene: &SceneValues, hands: &[Hand]) -> SceneValues {
     let mut held = scene.clone();
@@ -63,5 +56,5 @@ pub(super) fn held(scene: &SceneValues, hands: &[Hand]) -> SceneValues {
 
 /// What users' hands have besides their script's events, finger by finger.
 pub(super) fn springs(user: &User) -> (SpringDamper, Vec<SpringDamper>) {
-    (user.pointer_spring(), (0..user.fingers.len()).map(|finger| tracking(user, finger)).collect())
+    (user.pointer_spring(), (0..user.fingers.len()).map(|finger| user.tracking_of(finger)).collect())
 }

@@ -4,7 +4,7 @@
 //! that changes nothing: not the body, its walls, its weight, the ways between hosts, the hands, nor where fingers touch.
 
 use cotouch_scene::geometry::Pose;
-use cotouch_scene::mechanism::endpoint_inertia;
+use cotouch_scene::mechanism::finger_inertia;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Space};
 use glam::{DMat3, DVec3};
@@ -176,9 +176,8 @@ impl Symmetry<'_> {
         other: &crate::operating_point::Grip,
     ) -> bool {
         let inertia = |grip: &crate::operating_point::Grip| {
-            let start = self.scene.users[grip.user.index()].fingers[usize::from(grip.finger)].position_m;
             let at = self.pose().to_world(grip.touches_at());
-            endpoint_inertia(&self.scene.device, self.scene.hand.mass_kg, start, at)
+            finger_inertia(self.scene, grip.user, grip.finger, at)
         };
         let (one, other) = (self.mirrored(inertia(one)), inertia(other));
         (0..3).all(|column| one.col(column).distance(other.col(column)) <= 1e-9 * largest(&other))

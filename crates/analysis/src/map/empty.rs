@@ -5,7 +5,6 @@ use std::f64::consts::PI;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use cotouch_scene::scene::Architecture;
-use cotouch_scene::scene::SceneValues;
 use cotouch_scene::time::Rate;
 use cotouch_scene::{Scene, with_override};
 use rayon::prelude::*;
@@ -13,7 +12,7 @@ use rayon::prelude::*;
 use crate::compile::compile;
 use crate::evaluator::Evaluator;
 use crate::gains::{Gain, acting_gains};
-use crate::loop_spec::{Coupling, Force, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Coupling, Dynamics, Force, LoopSpec, Motion, Signal};
 use crate::sweep::{Sweep, SweepError};
 use cotouch_matrix::{eigenvalues, spectral_radius};
 
@@ -53,7 +52,7 @@ impl Map<'_> {
     /// The damper that is unstable without any spring and any other damper, all over the map.
     fn damper_alone(&self) -> Result<Option<String>, SweepError> {
         let corners = self.corners()?;
-        let dampers = self.gains.iter().filter(|gain| gain.key.contains("damping") && gain.value > 0.0);
+        let dampers = self.gains.iter().filter(|gain| gain.damps && gain.value > 0.0);
         for damper in dampers.filter(|damper| !self.is_swept(damper.key)) {
             let growths: Vec<f64> =
                 corners.iter().filter_map(|corner| self.growth_of(corner, damper)).collect();
@@ -68,14 +67,9 @@ impl Map<'_> {
     /// How much the largest motion grows in a pattern while only one damper acts; `None` where that cannot be told.
     fn growth_of(&self, scene: &Scene, damper: &Gain) -> Option<f64> {
         let mut alone = scene.clone();
-        for gain in self.gains.iter().filter(|gain| gain.key != damper.key) {
-            if gain.key.contains("damping") {
-                alone = with_override(&alone, gain.key, 0.0).ok()?;
-            }
+        for gain in self.gains.iter().filter(|gain| gain.damps && gain.key != damper.key) {
+            alone = with_override(&alone, gain.key, 0.0).ok()?;
         }
-        let mut alone = SceneValues::clone(&alone);
-        alone.hand.stiffness_n_per_m = 0.0;
-        alone.users.iter_mut().for_each(|user| user.tracking.stiffness_n_per_m = 0.0);
         compile(&alone).into_iter().try_fold(0.0_f64, |largest, mode| {
             let map = without_springs(mode.spec).lift_shared().ok()?.matrix;
             Some(largest.max(spectral_radius(&eigenvalues(&map).ok()?)))
@@ -103,7 +97,7 @@ impl Map<'_> {
         let applies = scene.session.architecture == Architecture::Centralized
             && damper.key == remote
             && !fixed.iter().any(|key| self.is_swept(key));
-        let share = damper.value / (scene.rates.network_hz.hz() * scene.hand.mass_kg);
+        let share = damper.value / (scene.rates.network_hz.hz() * scene.hand_impedance().mass_kg);
         let limit = 2.0 * (PI / f64::from(4 * scene.link.delay_periods + 2)).sin();
         (applies && share > limit).then_some((share, limit))
     }
@@ -176,7 +170,7 @@ impl Map<'_> {
                 set("link.delay_periods", f64::from(periods), words);
             }
         }
-        for &Gain { key, value } in self.gains.iter().filter(|gain| !self.is_swept(gain.key)) {
+        for &Gain { key, value, .. } in self.gains.iter().filter(|gain| !self.is_swept(gain.key)) {
             for (factor, word) in [(0.5, "halved"), (2.0, "doubled")] {
                 set(key, factor * value, format!("{key} {word}"));
             }
@@ -229,6 +223,13 @@ fn without_springs(mut spec: LoopSpec) -> LoopSpec {
             positions.is_none_or(|positions| term.number >= positions)
         });
     };
+    for body in &mut spec.bodies {
+        if let Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } = &mut body.dynamics {
+            // A finger's states are positions, then velocities.
+            let moves = body.axes.len();
+            plant.a.view_mut((moves, 0), (moves, moves)).fill(0.0);
+        }
+    }
     for action in &mut spec.actions {
         if let Force::Coupling(coupling) = &mut action.force {
             strip(coupling);

@@ -176,9 +176,7 @@ pub(super) struct Start<'a> {
 
 impl Start<'_> {
     fn script(&self) -> &[Action] {
-        let user = &self.scene.users[self.host.index()];
-        let own = &user.fingers[self.finger].script;
-        if own.is_empty() { &user.script } else { own }
+        self.scene.users[self.host.index()].script_of(self.finger)
     }
 
     fn at(&self, body: usize) -> DVec3 {

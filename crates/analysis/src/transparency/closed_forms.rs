@@ -23,7 +23,7 @@ impl Symbols {
     fn of(scene: &SceneValues) -> Self {
         let coupling = &scene.coupling;
         Self {
-            m_1: scene.hand.mass_kg,
+            m_1: scene.hand_impedance().mass_kg,
             m_o: scene.object.mass_kg,
             t_c: scene.rates.control_hz.period_s(),
             k_11: coupling.hand_object.stiffness_n_per_m,

@@ -112,7 +112,7 @@ fn on_soft_object(
 
 /// To the ground, of all fingers of one user.
 fn dampers_of_hand(scene: &SceneValues) -> f64 {
-    fingers(scene) * (scene.hand.damping_n_s_per_m + scene.governor.damping_n_s_per_m)
+    fingers(scene) * scene.hand_impedance().to_ground().damping_n_s_per_m
 }
 
 /// To the ground, of one user's hand and all copies.
@@ -121,5 +121,5 @@ fn dampers(line: &SceneValues) -> f64 {
         Architecture::Centralized => 1.0,
         Architecture::Distributed => f64::from(line.session.users),
     };
-    dampers_of_hand(line) + copies * (line.object.damping_n_s_per_m + line.object.axis_damping_n_s_per_m.x)
+    dampers_of_hand(line) + copies * line.object.to_ground().damping_n_s_per_m.x
 }

@@ -1,7 +1,7 @@
 //! A scene as chapter 6 of Fotoohi Ghiam 2006 looks at it: on one line, with users' forces as inputs.
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Action, SceneValues, Space, SpringDamper, User, WallSides};
+use cotouch_scene::scene::{SceneValues, Space, SpringDamper, User, WallSides};
 use serde::Serialize;
 
 use crate::compile::{along_normal, compile};
@@ -91,15 +91,13 @@ pub(super) fn without_tracking(scene: &SceneValues) -> (SceneValues, Option<Stri
     });
     let mut scene = scene.clone();
     for user in &mut scene.users {
-        user.tracking = SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: 0.0 };
+        user.tracking = SpringDamper::default();
     }
     (scene, note)
 }
 
 fn tracks(user: &User) -> bool {
-    let scripts = user.fingers.iter().map(|finger| &finger.script).chain([&user.script]);
-    let is_stiff = user.tracking.stiffness_n_per_m != 0.0 || user.tracking.damping_n_s_per_m != 0.0;
-    is_stiff && scripts.flatten().any(Action::tracks)
+    (0..user.fingers.len()).any(|finger| user.tracking_of(finger) != SpringDamper::default())
 }
 
 /// How many corners of the first body lie against a wall at once; 1 where it has none.
@@ -115,8 +113,4 @@ fn corners_at_first_wall(scene: &SceneValues) -> usize {
 /// Of one user; all have as many.
 pub(super) fn fingers(scene: &SceneValues) -> f64 {
     scene.users.first().map_or(1.0, |user| user.fingers.len() as f64)
-}
-
-pub(super) fn ideal_stiffness(line: &SceneValues) -> f64 {
-    line.wall.stiffness_n_per_m + fingers(line) * line.hand.stiffness_n_per_m
 }

@@ -1,7 +1,7 @@
 //! Added damping of turning: the simplified model of Fig 6.3 with moments of inertia, which needs no contact point.
 
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{SceneValues, Space, SpringDamper};
+use cotouch_scene::scene::{Object, SceneValues, Space, SpringDamper};
 use glam::{DQuat, DVec3};
 use nalgebra::Matrix3;
 use serde::Serialize;
@@ -47,9 +47,11 @@ fn about(
 ) -> Result<TurningDamping, TransparencyError> {
     let mut line = OneLine::free(scene).scene;
     let coupler = scene.coupling.object_object_rotational;
-    line.object.mass_kg = inertia_kg_m2;
-    line.object.axis_damping_n_s_per_m = DVec3::ZERO;
-    line.object.damping_n_s_per_m = scene.object.rotational_damping_n_m_s_per_rad;
+    line.object = Object {
+        mass_kg: inertia_kg_m2,
+        damping_n_s_per_m: scene.object.rotational_damping_n_m_s_per_rad,
+        ..Object::default()
+    };
     line.coupling.object_object = SpringDamper {
         stiffness_n_per_m: coupler.stiffness_n_m_per_rad,
         damping_n_s_per_m: coupler.damping_n_m_s_per_rad,

@@ -8,7 +8,7 @@ use serde::Serialize;
 
 use super::alone::Held;
 use super::error::TransparencyError;
-use super::one_line::{OneLine, Reduction, fingers, ideal_stiffness, without_tracking};
+use super::one_line::{OneLine, Reduction, fingers, without_tracking};
 use crate::modes::touches_of_users;
 use crate::soft::UserTouch;
 
@@ -39,7 +39,8 @@ pub(super) struct UserLoop {
     pub(super) ideal: Ideal,
 }
 
-/// One mass with a damper and a spring to the ground, continuous in time.
+/// One mass with a damper and a spring to the ground, continuous in time. What devices are asked to damp is what the system adds,
+/// and compensation is made for that: neither is in it.
 #[derive(Clone, Copy)]
 pub(super) struct Ideal {
     pub(super) mass_kg: f64,
@@ -56,12 +57,8 @@ impl UserLoops {
         let line = OneLine::at_wall(scene);
         let spec = line.spec();
         crate::check::check(&spec)?;
-        let (scene, fingers) = (&line.scene, fingers(&line.scene));
-        let ideal = Ideal {
-            mass_kg: fingers * scene.hand.mass_kg + scene.object.mass_kg,
-            damping_n_s_per_m: fingers * scene.hand.damping_n_s_per_m + scene.wall.damping_n_s_per_m,
-            stiffness_n_per_m: ideal_stiffness(scene),
-        };
+        let scene = &line.scene;
+        let ideal = ideal_on_line(scene);
         let users = scene.hosts().map(|user| UserLoop {
             name: scene.users[user.index()].name.clone(),
             held: Held::by_hand(&spec, user, &|_| DVec3::X),
@@ -100,19 +97,32 @@ impl UserLoops {
     }
 }
 
-/// Fingers with the hand's own springs, glued to the body at rest: with its joint compliance W and the hand's k, the mean
+/// Hand, object and wall as one.
+fn ideal_on_line(line: &SceneValues) -> Ideal {
+    let (fingers, hand) = (fingers(line), line.hand_impedance());
+    let object_n_per_m = line.object.to_ground().stiffness_n_per_m.x;
+    Ideal {
+        mass_kg: fingers * hand.mass_kg + line.object.mass_kg,
+        damping_n_s_per_m: fingers * hand.arm.damping_n_s_per_m + line.wall.damping_n_s_per_m,
+        stiffness_n_per_m: line.wall.stiffness_n_per_m
+            + fingers * hand.to_ground().stiffness_n_per_m
+            + object_n_per_m,
+    }
+}
+
+/// Fingers with the hand's springs to the ground, glued to the body at rest: with its joint compliance W and the hand's k, the mean
 /// displacement along the normals is `aᵀ·(W⁻¹ + k·I)⁻¹·a` for a force of 1 N that all fingers share equally.
 fn ideal_on_soft_object(hands: &SceneValues, touch: &UserTouch) -> Ideal {
-    let fingers = touch.inward.len() as f64;
+    let (fingers, hand) = (touch.inward.len() as f64, hands.hand_impedance());
     let compliance = &touch.compliance;
     let numbers = compliance.nrows();
     let along = touch.inward.iter().flat_map(|normal| (*normal / fingers).to_array());
     let along = DVector::from_iterator(numbers, along);
-    let yielding = DMatrix::identity(numbers, numbers) + compliance * hands.hand.stiffness_n_per_m;
+    let yielding = DMatrix::identity(numbers, numbers) + compliance * hand.to_ground().stiffness_n_per_m;
     let moved = yielding.lu().solve(&(compliance * &along)).map_or(0.0, |moved| along.dot(&moved));
     Ideal {
-        mass_kg: fingers * hands.hand.mass_kg,
-        damping_n_s_per_m: fingers * hands.hand.damping_n_s_per_m,
+        mass_kg: fingers * hand.mass_kg,
+        damping_n_s_per_m: fingers * hand.arm.damping_n_s_per_m,
         stiffness_n_per_m: moved.recip(),
     }
 }

@@ -32,11 +32,14 @@ const PEAK_OF_RMS: f64 = 4.0;
 pub(super) fn demanded_n(scene: &Scene) -> f64 {
     let bodies = scene.world_bodies();
     let at = Place { scene, bodies: &bodies };
-    let fingers: Vec<(&User, &Finger)> =
-        scene.users.iter().flat_map(|user| user.fingers.iter().map(move |finger| (user, finger))).collect();
+    let fingers: Vec<(&User, usize)> = scene
+        .users
+        .iter()
+        .flat_map(|user| (0..user.fingers.len()).map(move |finger| (user, finger)))
+        .collect();
     let pushes_n: Vec<f64> = fingers.iter().map(|&(user, finger)| largest_push_n(user, finger)).collect();
     let all_pushes_n: f64 = pushes_n.iter().sum();
-    let of_finger = |(&(user, finger), own_n): (&(&User, &Finger), &f64)| {
+    let of_finger = |(&(user, finger), own_n): (&(&User, usize), &f64)| {
         let steady_n = grip_n(user, finger) + at.weight_n(user) + (all_pushes_n - own_n);
         AT_ONCE * steady_n + (AT_ONCE * own_n.max(POINTER_N)).max(at.largest_path_n(user, finger))
     };
@@ -51,21 +54,17 @@ pub(super) fn motors_render_n(scene: &Scene) -> f64 {
     lever_m.filter(|_| limit_n_m > 0.0).map_or(f64::INFINITY, |lever_m| limit_n_m / lever_m)
 }
 
-fn script<'a>(user: &'a User, finger: &'a Finger) -> &'a [Action] {
-    if finger.script.is_empty() { &user.script } else { &finger.script }
-}
-
 /// What a finger's script grasps with, N.
-fn grip_n(user: &User, finger: &Finger) -> f64 {
+fn grip_n(user: &User, finger: usize) -> f64 {
     let of_action = |action: &Action| match *action {
         Action::Grasp { force_n, .. } => force_n,
         _ => 0.0,
     };
-    script(user, finger).iter().map(of_action).fold(0.0, f64::max)
+    user.script_of(finger).iter().map(of_action).fold(0.0, f64::max)
 }
 
 /// The largest open-loop force of a finger's script, N.
-fn largest_push_n(user: &User, finger: &Finger) -> f64 {
+fn largest_push_n(user: &User, finger: usize) -> f64 {
     let of_action = |action: &Action| match *action {
         Action::Force { force_n, .. } | Action::PushAndLetGo { force_n, .. } => force_n.length(),
         Action::SinusoidalForce { amplitude_n, .. } => amplitude_n.length(),
@@ -73,7 +72,7 @@ fn largest_push_n(user: &User, finger: &Finger) -> f64 {
         Action::Push { force_n, .. } => force_n.length() / user.fingers.len() as f64,
         _ => 0.0,
     };
-    script(user, finger).iter().map(of_action).fold(0.0, f64::max)
+    user.script_of(finger).iter().map(of_action).fold(0.0, f64::max)
 }
 
 /// Where paths lead.
@@ -118,14 +117,15 @@ impl Place<'_> {
     /// What moves along a path, kg.
     fn moved_kg(&self) -> f64 {
         let fingers: usize = self.scene.users.iter().map(|user| user.fingers.len()).sum();
-        fingers as f64 * self.scene.hand.mass_kg + self.heaviest_kg()
+        fingers as f64 * self.scene.hand_impedance().mass_kg + self.heaviest_kg()
     }
 
     /// The largest force that a finger's paths ask for, N.
-    fn largest_path_n(&self, user: &User, finger: &Finger) -> f64 {
+    fn largest_path_n(&self, user: &User, number: usize) -> f64 {
+        let finger = &user.fingers[number];
         let mut at = finger.position_m;
         let mut largest: f64 = 0.0;
-        for action in script(user, finger) {
+        for action in user.script_of(number) {
             let Some(path) = self.path(action, at, finger) else { continue };
             let moving_n = self.moved_kg() * path.acceleration;
             let pressing_n = user.tracking.stiffness_n_per_m * self.pressed_m(&path);

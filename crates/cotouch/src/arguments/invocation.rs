@@ -253,6 +253,8 @@ pub(crate) struct Host {
     pub(crate) impair: Vec<Override>,
     /// What users have in their hands, besides the simulated hand.
     pub(crate) devices: Vec<DeviceChoice>,
+    /// What this host allows at most, N, if that was said.
+    pub(crate) max_force_n: Option<f64>,
 }
 
 /// How to replay.

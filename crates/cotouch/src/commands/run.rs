@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::SystemTime;
 
 use cotouch_net::Route;
-use cotouch_runtime::{DeviceChoice, LiveSession, Predicted, Summary, real_time, transport};
+use cotouch_runtime::{DeviceChoice, LiveSession, OwnLimits, Predicted, Summary, real_time, transport};
 use cotouch_scene::scene::{Impairment, Link};
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
@@ -12,7 +12,7 @@ use cotouch_viewer::Base;
 use super::address::resolve;
 use super::{lateness, prediction, report, settings};
 use crate::arguments::{Host, Recording, Run};
-use crate::failure::{Failure, Verdict};
+use crate::failure::{Failure, Verdict, in_one_sentence};
 use crate::figure;
 use crate::output::{Output, make_folder_of, write_file};
 use crate::progress::Stop;
@@ -24,14 +24,14 @@ pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<
     if run.in_virtual_time {
         // The simulated link takes its impairment from the scene.
         let overrides = [overrides, &run.host.impair].concat();
-        let scene = cotouch_scene::load(&run.scene, &overrides)?;
+        let scene = limited(cotouch_scene::load(&run.scene, &overrides)?, &run.host);
         check_users(&scene, &run.host.devices)?;
         let predicted = predict(&scene, &stop, output)?;
         let plan = plan(&run.host, &scene.name, None)?;
         let summary = session::run_virtual(&scene, &plan, &stop, output)?;
         return conclude(&scene, &scene, summary, predicted, output);
     }
-    let scene = load_realisable(&run.scene, overrides)?;
+    let scene = limited(load_realisable(&run.scene, overrides)?, &run.host);
     check_users(&scene, &run.host.devices)?;
     let plan = plan(&run.host, &scene.name, impairment(&run.host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), &stop, output)?;
@@ -51,7 +51,7 @@ pub(super) fn serve(
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     check_no_users(&host.devices)?;
-    let scene = load_realisable(name, overrides)?;
+    let scene = limited(load_realisable(name, overrides)?, host);
     let plan = plan(host, &scene.name, impairment(&host.impair)?)?;
     let predicted = predict(&on_this_network(&scene, &plan), &stop, output)?;
     output.say(format_args!(
@@ -136,6 +136,18 @@ fn on_this_network(scene: &Scene, plan: &Plan) -> Scene {
     scene.edit(|scene| meet(&mut scene.link)).expect("an impairment is checked when it is asked for")
 }
 
+/// What `--max-force` allows.
+fn limits(host: &Host) -> Option<OwnLimits> {
+    host.max_force_n.map(OwnLimits::max_force)
+}
+
+/// The scene with forces that this host allows; what it asks for beyond is told.
+fn limited(scene: Scene, host: &Host) -> Scene {
+    let Some(limits) = limits(host) else { return scene };
+    limits.refusal(&scene).into_iter().for_each(|refusal| eprintln!("note: {refusal}"));
+    limits.apply(&scene)
+}
+
 /// The scene as a real network can play it.
 fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure> {
     let (scene, difference) = real_time::realisable(&cotouch_scene::load(name, overrides)?);
@@ -169,7 +181,8 @@ fn plan(host: &Host, scene: &str, impairment: Option<Impairment>) -> Result<Plan
         make_folder_of(file)?;
     }
     let Host { duration_s, while_watched, viewer, ref devices, .. } = *host;
-    Ok(Plan { duration_s, while_watched, recording, impairment, viewer, devices: devices.clone() })
+    let (devices, limits) = (devices.clone(), limits(host));
+    Ok(Plan { duration_s, while_watched, recording, impairment, viewer, devices, limits })
 }
 
 /// `recordings/SCENE-TIME.mcap`, with TIME as in 20261122T101500Z.
@@ -225,13 +238,22 @@ fn conclude(
     lateness::complete(&mut summary, scene);
     // Of the session that ran last, where there were several.
     if let Some(recording) = summary.recording.as_deref().map(Path::new).filter(|file| is_drawn(file)) {
-        let picture = recording.with_extension("svg");
-        let headline = report::headline(&summary);
-        let trace = session::trace_of(scene, recording)?;
-        write_file(&picture, &figure::session_picture(scene, &trace, &headline)?)?;
-        summary.picture = Some(picture.display().to_string());
+        // What came of the run is not lost with its picture.
+        match draw(scene, recording, &report::headline(&summary)) {
+            Ok(picture) => summary.picture = Some(picture),
+            Err(error) => summary.failures.push(in_one_sentence(&error)),
+        }
     }
     let text = report::text(&summary);
     output.answer_as(&summary, &format!("\n{text}"))?;
-    Ok(if summary.stable { Verdict::Good } else { Verdict::Bad })
+    let is_good = summary.stable && summary.all_failures().next().is_none();
+    Ok(if is_good { Verdict::Good } else { Verdict::Bad })
+}
+
+/// Draws the picture of a recording beside it, and says where.
+fn draw(scene: &Scene, recording: &Path, headline: &str) -> anyhow::Result<String> {
+    let picture = recording.with_extension("svg");
+    let trace = session::trace_of(scene, recording)?;
+    write_file(&picture, &figure::session_picture(scene, &trace, headline)?)?;
+    Ok(picture.display().to_string())
 }

@@ -41,8 +41,8 @@ impl Script {
                 continue;
             }
             let target = self.target(state, finger, elapsed_s);
-            let arm_n = self.arm_stiffness_n_per_m * (touch.position - touch.rest).dot(approach);
-            let ahead_m = (force_n + arm_n) / self.tracking.stiffness_n_per_m;
+            let hand_n = self.hand_stiffness_n_per_m * (touch.position - touch.rest).dot(approach);
+            let ahead_m = (force_n + hand_n) / self.tracking.stiffness_n_per_m;
             let there_m = (touch.position - target.position).dot(approach);
             let way = if ahead_m.is_finite() { ahead_m + there_m } else { 0.0 };
             // Longer than twice way over speed, and it would overshoot.

@@ -27,8 +27,8 @@ pub struct Script {
     pub(super) steps: Vec<Step>,
     pub(super) repeat: bool,
     pub(super) tracking: SpringDamper,
-    /// k_h, which a pressing finger must overcome.
-    pub(super) arm_stiffness_n_per_m: f64,
+    /// Of all springs to where a finger rests, which a pressing one must overcome.
+    pub(super) hand_stiffness_n_per_m: f64,
     pub(super) space: Space,
     /// The direction of gravity, if there is any.
     pub(super) down: Option<DVec3>,
@@ -97,7 +97,7 @@ pub struct Touch {
     pub position: DVec3,
     /// Where the arm draws it, m.
     pub rest: DVec3,
-    /// The device's force on it, N.
+    /// The device's force on it, without that of the spring to where it started, N.
     pub felt: DVec3,
 }
 

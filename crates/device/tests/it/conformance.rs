@@ -94,7 +94,7 @@ fn lets_go_for_another_thread(device: &mut dyn Device) {
 }
 
 /// Specs by which devices are opened here that take more than their name, by name. Paths are from `crates/device`.
-const SPECS: &[(&str, &str)] = &[];
+const SPECS: &[(&str, &str)] = &[("faulty", "faulty:fail@3600")];
 
 #[test]
 fn every_device_of_the_table_conforms() {

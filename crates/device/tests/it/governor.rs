@@ -4,8 +4,7 @@ use cotouch_device::{
     Acted, DeviceLimits, Governor, GovernorFault, GovernorInput, GovernorOutput, GovernorPhase, GovernorState,
 };
 use cotouch_scene::geometry::{Reading, Wrench};
-use cotouch_scene::scene::GovernorLimits;
-use cotouch_scene::time::Rate;
+use cotouch_scene::scene::{GovernorLimits, Rates, SceneValues};
 use glam::DVec3;
 use proptest::prelude::*;
 
@@ -19,12 +18,13 @@ const LIMITS: GovernorLimits = GovernorLimits {
     passivity_control: false,
 };
 
-fn control() -> Rate {
-    "1024".parse().unwrap()
+fn governor(limits: &GovernorLimits) -> Governor {
+    governor_of(limits, DeviceLimits { max_force_n: f64::INFINITY, max_torque_n_m: 0.5 })
 }
 
-fn governor(limits: &GovernorLimits) -> Governor {
-    Governor::new(limits, DeviceLimits { max_force_n: f64::INFINITY, max_torque_n_m: 0.5 }, control())
+fn governor_of(limits: &GovernorLimits, device: DeviceLimits) -> Governor {
+    let rates = Rates { control_hz: "1024".parse().unwrap(), ..Rates::default() };
+    Governor::new(&SceneValues { governor: limits.clone(), rates, ..SceneValues::default() }, device)
 }
 
 fn opened(governor: &Governor) -> GovernorState {
@@ -160,8 +160,7 @@ fn stale_requests_trip_the_watchdog() {
 #[test]
 fn limits_that_are_no_numbers_admit_nothing() {
     let limits = GovernorLimits { max_force_n: f64::NAN, ..LIMITS };
-    let governor =
-        Governor::new(&limits, DeviceLimits { max_force_n: f64::NAN, max_torque_n_m: -1.0 }, control());
+    let governor = governor_of(&limits, DeviceLimits { max_force_n: f64::NAN, max_torque_n_m: -1.0 });
     let mut state = opened(&governor);
     assert_eq!(govern(&governor, &mut state, 5.0), (0.0, Acted::FORCE_LIMIT));
 }
@@ -207,6 +206,7 @@ fn any_input() -> impl Strategy<Value = GovernorInput> {
         GovernorInput {
             requested: Wrench { force, torque },
             reading: Reading::point(DVec3::ZERO, velocity),
+            from_start: DVec3::ZERO,
             stop,
             link_ok,
             fresh,

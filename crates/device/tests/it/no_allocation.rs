@@ -25,7 +25,6 @@ impl Guide for Visitor {
 
 #[test]
 fn a_tick_allocates_nothing() {
-    let control = "1000".parse().unwrap();
     let (amplitude, duration_s) = (DVec3::new(0.02, 0.01, 0.0), 0.25);
     let script = vec![
         Action::Relax { duration_s },
@@ -58,19 +57,19 @@ fn a_tick_allocates_nothing() {
             inertia: true,
             ..point()
         };
+        scene.governor = GovernorLimits {
+            passivity_control: false,
+            max_force_n: 8.0,
+            max_slew_n_per_s: 100.0,
+            watchdog_s: 0.02,
+            soft_start_s: 0.5,
+            release_s: 0.1,
+            damping_n_s_per_m: 1.0,
+        };
     });
     let mut user = SimulatedUser::new(&scene, HostIndex::FIRST).unwrap();
     let mut guided = GuidedUser::new(&scene, HostIndex::FIRST, Visitor(0)).unwrap();
-    let limits = GovernorLimits {
-        passivity_control: false,
-        max_force_n: 8.0,
-        max_slew_n_per_s: 100.0,
-        watchdog_s: 0.02,
-        soft_start_s: 0.5,
-        release_s: 0.1,
-        damping_n_s_per_m: 1.0,
-    };
-    let governor = Governor::new(&limits, user.limits(), control);
+    let governor = Governor::new(&scene, user.limits());
     let mut states = [governor.start(), governor.start(), governor.start()];
     let mut port = PortEnergy::default();
 

@@ -2,7 +2,7 @@
 
 use cotouch_device::{Acted, DeviceLimits, Governor, GovernorInput, PortEnergy, SecondOrderPlant};
 use cotouch_scene::geometry::{Reading, Wrench};
-use cotouch_scene::scene::GovernorLimits;
+use cotouch_scene::scene::{GovernorLimits, Rates, SceneValues};
 use cotouch_scene::time::Rate;
 use glam::DVec3;
 
@@ -25,7 +25,7 @@ struct Flown {
 
 impl Flight {
     fn new(passivity_control: bool, max_force_n: f64, spring: fn(f64) -> f64) -> Self {
-        let limits = GovernorLimits {
+        let governor = GovernorLimits {
             max_force_n,
             max_slew_n_per_s: max_force_n * 1000.0,
             watchdog_s: 0.02,
@@ -35,8 +35,10 @@ impl Flight {
             passivity_control,
         };
         let control: Rate = "1000".parse().unwrap();
+        let rates = Rates { control_hz: control, ..Rates::default() };
+        let scene = SceneValues { governor, rates, ..SceneValues::default() };
         Self {
-            governor: Governor::new(&limits, DeviceLimits::NONE, control),
+            governor: Governor::new(&scene, DeviceLimits::NONE),
             plant: SecondOrderPlant::new(MASS_KG, 0.0, 0.0, control.period_s()),
             spring,
         }

@@ -103,17 +103,13 @@ impl Shared {
             }
             present.handle.take()
         };
-        let summary = handle.map(SessionHandle::finish);
+        let Some(handle) = handle else { return Ok(()) };
+        let told = handle.failures_told();
+        let summary = handle.finish();
         let mut present = self.present();
-        match &summary {
-            Some(Ok(summary)) => present.ended.push(summary.into()),
-            Some(Err(error)) => {
-                let news = error.to_string();
-                present.news.push(news);
-            }
-            None => {}
-        }
-        present.summary = summary.or(present.summary.take());
+        present.failures.extend(summary.failures.iter().skip(told).cloned());
+        present.ended.push((&summary).into());
+        present.summary = Some(summary);
         Ok(())
     }
 

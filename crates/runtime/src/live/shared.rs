@@ -6,7 +6,6 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
 
-use crate::recorder::RecordError;
 use crate::session_handle::SessionHandle;
 use crate::snapshot::Snapshot;
 use crate::start_error::StartError;
@@ -64,10 +63,12 @@ pub(super) struct Present {
     /// What is shown while there is no session.
     pub(super) last: Snapshot,
     /// What happened in the session before.
-    pub(super) summary: Option<Result<Summary, RecordError>>,
+    pub(super) summary: Option<Summary>,
     /// All sessions that have ended.
     pub(super) ended: Vec<EarlierSession>,
     pub(super) news: Vec<String>,
+    /// What failed in sessions that have ended, and was not told yet.
+    pub(super) failures: Vec<String>,
     /// Sessions on end that began because the objects had left all bounds.
     pub(super) begun_anew: u32,
     /// Somebody watches, until then at least.

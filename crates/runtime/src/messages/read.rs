@@ -188,6 +188,7 @@ fn event(message: types::Event) -> Result<TickAndKind, MalformedMessage> {
         Kind::PeerLeft => RecordKind::Presence { peer: peer()?, present: false },
         Kind::Adopt => RecordKind::Adopt,
         Kind::Release => RecordKind::Release,
+        Kind::ForceOff => RecordKind::ForceOff,
         Kind::Changed => {
             let scene = message.scene_toml;
             RecordKind::Changed(scene.ok_or(MalformedMessage::Missing("a change without a scene"))?)

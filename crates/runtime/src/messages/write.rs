@@ -39,6 +39,7 @@ pub(crate) fn encode(item: &RecordItem, bytes: &mut Vec<u8>) -> Stream {
         RecordKind::Presence { .. }
         | RecordKind::Adopt
         | RecordKind::Release
+        | RecordKind::ForceOff
         | RecordKind::Changed(_)
         | RecordKind::Device(_)
         | RecordKind::Note(_) => {
@@ -202,6 +203,10 @@ fn event(tick: u64, kind: &RecordKind) -> types::Event {
             (Kind::Adopt, "takes the world from the first peer that it hears".to_owned(), None, None, None)
         }
         RecordKind::Release => (Kind::Release, "the governor lets go".to_owned(), None, None, None),
+        RecordKind::ForceOff => {
+            let text = "the loop stood still: the force was switched off and begins again softly";
+            (Kind::ForceOff, text.to_owned(), None, None, None)
+        }
         RecordKind::Changed(_) => {
             (Kind::Changed, "the settings of the session have changed".to_owned(), None, None, None)
         }

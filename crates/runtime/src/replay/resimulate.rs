@@ -142,6 +142,7 @@ impl Resimulated {
             RecordKind::Presence { peer, present } => self.station.set_present(peer, present),
             RecordKind::Adopt => self.station.adopt_world(),
             RecordKind::Release => self.station.release(),
+            RecordKind::ForceOff => self.station.force_off(),
             RecordKind::Changed(scene_toml) => self.change(item.host, item.tick, &scene_toml)?,
             RecordKind::Surface(surface) => {
                 if let Some(soft) = self.station.soft_mut() {

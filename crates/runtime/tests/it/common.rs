@@ -264,6 +264,7 @@ fn any_kind() -> impl Strategy<Value = RecordKind> {
         (any_host(), any::<bool>()).prop_map(|(peer, present)| RecordKind::Presence { peer, present }),
         Just(RecordKind::Adopt),
         Just(RecordKind::Release),
+        Just(RecordKind::ForceOff),
         any_device().prop_map(RecordKind::Device),
         ".{0,40}".prop_map(RecordKind::Changed),
         any_note().prop_map(RecordKind::Note),

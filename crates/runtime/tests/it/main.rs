@@ -12,6 +12,7 @@ mod no_allocation;
 mod pointers;
 mod real_time_runs;
 mod recording;
+mod safety;
 mod schema;
 mod sessions;
 mod soft_real_time;

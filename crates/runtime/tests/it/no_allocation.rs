@@ -6,8 +6,9 @@ use cotouch_device::SimulatedUser;
 use cotouch_net::StatePacket;
 use cotouch_runtime::transport::{self, Impaired};
 use cotouch_runtime::{
-    HostChange, LiveVerdict, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer, RecordItem,
-    RecordKind, RecordSink, Station, full_session_endpoint, record_ring, slow_simulation, start_slow_thread,
+    Failures, HostChange, LiveVerdict, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer,
+    RecordItem, RecordKind, RecordSink, Station, full_session_endpoint, record_ring, slow_simulation,
+    start_slow_thread,
 };
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -80,7 +81,8 @@ fn an_instant_at_a_soft_body_neither_allocates_nor_frees() {
     let simulation = slow_simulation(&scene).unwrap().unwrap();
     let (stations, mut consumers) = recorded_stations(&scene);
     let with_soft = |station: Station<SimulatedUser>| {
-        let (port, thread) = start_slow_thread(&scene, station.model.host, simulation.clone()).unwrap();
+        let (port, thread) =
+            start_slow_thread(&scene, station.model.host, simulation.clone(), &Failures::default()).unwrap();
         (station.with_soft(port), thread)
     };
     let (mut stations, threads): (Vec<_>, Vec<_>) = stations.into_iter().map(with_soft).unzip();
@@ -167,7 +169,8 @@ fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let end = transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap();
     let route = end.route().unwrap();
     let endpoint = full_session_endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
-    let (_threads, mut port) = NetworkThreads::start(Impaired::new(end), endpoint, "test").unwrap();
+    let (_threads, mut port) =
+        NetworkThreads::start(Impaired::new(end), endpoint, "test", &Failures::default()).unwrap();
     let packet = StatePacket::default();
     let counted = allocations(|| {
         for _ in 0..1000 {

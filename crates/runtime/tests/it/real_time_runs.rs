@@ -71,7 +71,7 @@ fn runs_end_add_up_and_replay() {
         for impairment in [None, Some(lossy.clone())] {
             let scene = real_scene(architecture, &[]);
             let options = RealTimeOptions { duration_s: Some(1.5), impairment, ..recorded(&path) };
-            let summary = run_local(&scene, &options).unwrap().finish().unwrap();
+            let summary = run_local(&scene, &options).unwrap().finish();
             assert_adds_up(&summary);
             assert!(summary.duration_s > 0.0 && summary.haptic.hosts == 2, "{summary:?}");
             let network = &summary.network;
@@ -95,7 +95,7 @@ fn a_stop_lets_go_smoothly() {
         let handle = run_local(&scene, &recorded(&path)).unwrap();
         wait_for_ticks(&handle, 700);
         handle.stop();
-        let summary = handle.finish().unwrap();
+        let summary = handle.finish();
         assert_adds_up(&summary);
         assert!(!assert_replays(&path).ended_abruptly);
         let recording = Recording::open(&path).unwrap();
@@ -118,7 +118,7 @@ fn a_session_without_a_recording_and_one_that_is_let_go_of_end() {
     wait_for_ticks(&handle, 10);
     drop(handle);
     let options = RealTimeOptions { duration_s: Some(0.2), ..RealTimeOptions::default() };
-    assert_adds_up(&run_local(&scene, &options).unwrap().finish().unwrap());
+    assert_adds_up(&run_local(&scene, &options).unwrap().finish());
 }
 
 #[test]
@@ -135,7 +135,7 @@ fn a_peer_that_vanishes_is_faded_out_and_comes_back() {
         wait_for_ticks(&survivor, 500);
         if is_last {
             peer.stop();
-            peer.finish().unwrap();
+            peer.finish();
         } else {
             // Nobody says goodbye: to the survivor it is as if the process had been killed.
             drop(peer);
@@ -144,7 +144,7 @@ fn a_peer_that_vanishes_is_faded_out_and_comes_back() {
         wait_for_ticks(&survivor, 500);
     }
     survivor.stop();
-    assert_adds_up(&survivor.finish().unwrap());
+    assert_adds_up(&survivor.finish());
     assert_replays(&path);
     assert_faded_twice(&scene, &ticks_of(&Recording::open(&path).unwrap(), HostIndex::FIRST));
 }
@@ -225,7 +225,7 @@ fn a_slow_device_costs_ticks_that_are_recorded() {
         };
         let options = RealTimeOptions { duration_s: Some(1.5), ..recorded(&path) };
         let handle = run_local_with(&scene, scene.hosts().map(device).collect(), &options).unwrap();
-        let summary = handle.finish().unwrap();
+        let summary = handle.finish();
         assert_adds_up(&summary);
         assert!(summary.haptic.missed > 0, "twenty periods do not go into one");
         assert_replays(&path);

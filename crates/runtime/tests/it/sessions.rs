@@ -42,4 +42,5 @@ pub(crate) fn assert_adds_up(summary: &Summary) {
     let haptic = &summary.haptic;
     assert_eq!(haptic.ticks + haptic.missed, haptic.due);
     assert!(haptic.ticks > 0);
+    assert_eq!(summary.failures, [""; 0]);
 }

@@ -32,7 +32,7 @@ fn a_run_adds_up_and_replays_whatever_came_late() {
         ("spring", &[]),
     ] {
         let scene = real_scene(name, settings);
-        let summary = run_local(&scene, &recorded(&path, 2.5)).unwrap().finish().unwrap();
+        let summary = run_local(&scene, &recorded(&path, 2.5)).unwrap().finish();
         assert_adds_up(&summary);
         let soft = summary.soft.clone().unwrap();
         assert!(soft.steps > 0 && soft.late <= soft.steps, "{soft:?}");
@@ -56,7 +56,7 @@ fn a_simulation_that_cannot_keep_up_leaves_periods_out_and_the_run_goes_on() {
     let path = folder.path().join("run.mcap");
     // A period of 2 ms is too short for this block.
     let scene = real_scene("soft-block", &["rates.simulation_hz=512", "soft.mesh.cells=[16, 8, 8]"]);
-    let summary = run_local(&scene, &recorded(&path, 1.5)).unwrap().finish().unwrap();
+    let summary = run_local(&scene, &recorded(&path, 1.5)).unwrap().finish();
     let soft = summary.soft.clone().unwrap();
     assert!(soft.steps > 0 && soft.late > 0 && soft.missed > 0, "{soft:?}");
     assert_adds_up(&summary);
@@ -75,7 +75,7 @@ fn the_picture_has_the_surface_in_use() {
     let surface = handle.snapshot().hosts[0].soft.clone().unwrap();
     assert_eq!(surface.0.positions_m.len(), scene.soft.mesh().nodes_m.len());
     handle.stop();
-    handle.finish().unwrap();
+    handle.finish();
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn one_user_serves_alone_and_others_join_a_block() {
     let alone = serve(&spring, any, &RealTimeOptions::default()).unwrap();
     until("some ticks", || (alone.elapsed_s() >= 0.2).then_some(()));
     alone.stop();
-    assert_adds_up(&alone.finish().unwrap());
+    assert_adds_up(&alone.finish());
 
     let block = real_scene("soft-block", &[SMALL]);
     let port = std::net::UdpSocket::bind(any).unwrap().local_addr().unwrap();
@@ -94,8 +94,8 @@ fn one_user_serves_alone_and_others_join_a_block() {
     assert_eq!(scene.soft, block.soft);
     until("some steps", || (guest.elapsed_s() >= 0.5 || guest.has_ended()).then_some(()));
     guest.stop();
-    let of_guest = guest.finish().unwrap();
+    let of_guest = guest.finish();
     assert!(of_guest.soft.unwrap().steps > 0, "the guest simulates a block of its own");
     server.stop();
-    assert_adds_up(&server.finish().unwrap());
+    assert_adds_up(&server.finish());
 }

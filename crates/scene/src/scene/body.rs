@@ -41,6 +41,30 @@ pub struct Object {
     pub rotation_rad: DVec3,
 }
 
+/// What a body that moves is to the ground, whatever touches it, along the axes of the world: the one place where keys of `[object]`
+/// become springs and dampers.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BodyImpedance {
+    /// Towards where the body's centre of mass starts, N/m.
+    pub stiffness_n_per_m: DVec3,
+    /// N·s/m.
+    pub damping_n_s_per_m: DVec3,
+    /// Of turning about any axis, N·m·s/rad.
+    pub rotational_damping_n_m_s_per_rad: f64,
+}
+
+impl Object {
+    /// What every body that moves is to the ground.
+    #[must_use]
+    pub fn to_ground(&self) -> BodyImpedance {
+        BodyImpedance {
+            stiffness_n_per_m: DVec3::ZERO,
+            damping_n_s_per_m: DVec3::splat(self.damping_n_s_per_m) + self.axis_damping_n_s_per_m,
+            rotational_damping_n_m_s_per_rad: self.rotational_damping_n_m_s_per_rad,
+        }
+    }
+}
+
 /// `[[body]]`: a rigid body of the world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct Body {

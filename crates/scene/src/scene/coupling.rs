@@ -1,5 +1,7 @@
 //! Contact, and the virtual couplers.
 
+use std::ops::Add;
+
 use serde::{Deserialize, Serialize};
 
 /// `[contact]`: how fingers touch bodies. Stiffness and damping are in `[coupling]`.
@@ -53,4 +55,16 @@ pub struct SpringDamper {
     pub stiffness_n_per_m: f64,
     /// Damping, N·s/m.
     pub damping_n_s_per_m: f64,
+}
+
+impl Add for SpringDamper {
+    type Output = Self;
+
+    /// Both at once, between the same two ends.
+    fn add(self, other: Self) -> Self {
+        Self {
+            stiffness_n_per_m: self.stiffness_n_per_m + other.stiffness_n_per_m,
+            damping_n_s_per_m: self.damping_n_s_per_m + other.damping_n_s_per_m,
+        }
+    }
 }

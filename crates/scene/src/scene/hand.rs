@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::coupling::SpringDamper;
 use crate::value::choice;
 
 /// `[hand]`: mass of hand and device together, and the arm's damping and stiffness to where the hand rests; the same for
@@ -16,6 +17,40 @@ pub struct Hand {
     pub stiffness_n_per_m: f64,
     /// A finger is a sphere of this radius, where bodies have shapes.
     pub finger_radius_m: f64,
+}
+
+/// What a finger is to the ground, whatever it touches: the one place where keys of `[hand]` and `[governor]` become mass, springs
+/// and dampers. Hosts, simulated hands and the analysis all take them from here
+/// ([`SceneValues::hand_impedance`](super::SceneValues::hand_impedance)).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct HandImpedance {
+    /// m_h, of hand and moving part of the device together, kg; links of a mechanism come on top
+    /// ([`finger_inertia`](crate::mechanism::finger_inertia)).
+    pub mass_kg: f64,
+    /// What the arm does by itself, in continuous time, towards where the finger rests; tracking comes on top
+    /// ([`User::tracking_of`](super::User::tracking_of)).
+    pub arm: SpringDamper,
+    /// What every device renders besides the session's forces, from the reading of each tick: towards where the finger starts.
+    pub rendered: SpringDamper,
+}
+
+impl HandImpedance {
+    pub(super) fn new(hand: &Hand, governor: &GovernorLimits) -> Self {
+        Self {
+            mass_kg: hand.mass_kg,
+            arm: SpringDamper {
+                stiffness_n_per_m: hand.stiffness_n_per_m,
+                damping_n_s_per_m: hand.damping_n_s_per_m,
+            },
+            rendered: SpringDamper { stiffness_n_per_m: 0.0, damping_n_s_per_m: governor.damping_n_s_per_m },
+        }
+    }
+
+    /// All that holds the finger, whoever makes it.
+    #[must_use]
+    pub fn to_ground(&self) -> SpringDamper {
+        self.arm + self.rendered
+    }
 }
 
 /// `[device]`: what every finger of every user is on. Its inertia at the finger is part of `hand.mass_kg` unless

@@ -25,6 +25,26 @@ pub struct User {
 const USUAL_POINTER_SPRING: SpringDamper = SpringDamper { stiffness_n_per_m: 150.0, damping_n_s_per_m: 6.0 };
 
 impl User {
+    /// What finger number `finger` (from 0) does: its own script, or where it has none the user's.
+    #[must_use]
+    pub fn script_of(&self, finger: usize) -> &[Action] {
+        let own = &self.fingers[finger].script;
+        if own.is_empty() { &self.script } else { own }
+    }
+
+    /// The spring and damper by which finger number `finger` (from 0) follows its script. They stay between actions that track,
+    /// so that one linear loop describes the whole run; a script in which none does has none.
+    #[must_use]
+    pub fn tracking_of(&self, finger: usize) -> SpringDamper {
+        self.tracking_in(self.script_of(finger))
+    }
+
+    /// The same of the fingers that follow a script of this user's.
+    #[must_use]
+    pub fn tracking_in(&self, script: &[Action]) -> SpringDamper {
+        if script.iter().any(Action::tracks) { self.tracking } else { SpringDamper::default() }
+    }
+
     /// The spring from a pointer that moves the user's hand to each of its fingers: `tracking`, or a usual one where the
     /// scene has none. It is a part of the loop.
     #[must_use]
