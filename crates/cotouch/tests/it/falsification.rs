@@ -44,16 +44,27 @@ fn search(seeds: Range<u64>, crowd: Crowd, longest_s: f64) {
     assert!(share >= LEAST_SHOWN, "called unstable, and nothing shows it:\n{}", files(&hidden));
 }
 
-/// A line of progress.
-fn told(Trial { seed, stability, moved, .. }: &Trial) -> String {
+/// A line of progress: the verdict, what it rests on, and what hands made of it.
+fn told(trial: &Trial) -> String {
+    let Trial { seed, stability, moved, .. } = trial;
+    let distance =
+        stability.switching_distance.map_or("nothing".to_owned(), |distance| format!("{distance:.2}"));
     let verdict = match stability.stable {
-        Some(true) => "stable",
-        Some(false) => "unstable",
-        None => "open",
+        Some(true) => format!("stable, {distance} from the line"),
+        Some(false) => format!("unstable in {}", unstable_modes(trial)),
+        None => format!("open, {distance} from the line, for {}", why_open(trial)),
     };
-    let worst = stability.worst.as_ref().map_or(String::new(), |worst| worst.contacts.join(" + "));
     let found = moved.as_ref().map_or(String::new(), Moved::to_string);
-    format!("seed {seed}: {verdict}, {:.6} of [{worst}]{found}", stability.spectral_radius)
+    format!("seed {seed}: {:.6}, {verdict}{found}", stability.spectral_radius)
+}
+
+/// The contacts of the worst mode, and how many modes are unstable.
+fn unstable_modes(Trial { stability, .. }: &Trial) -> String {
+    let worst =
+        stability.modes.iter().max_by(|one, other| one.spectral_radius.total_cmp(&other.spectral_radius));
+    let unstable = stability.modes.iter().filter(|mode| !mode.stable).count();
+    let contacts = worst.map_or(String::new(), |mode| mode.contacts.join(" + "));
+    format!("[{contacts}], of {unstable} unstable modes")
 }
 
 /// Scenes as files, with the hands that moved them.
