@@ -1,8 +1,8 @@
-//! Eigenvalues of small matrices: Householder's Hessenberg form and Francis's double-shift QR.
+//! Eigenvalues by Householder's Hessenberg form and Francis's double-shift QR.
 //!
 //! A sweep asks for the eigenvalues of thousands of matrices of 8 to 32 rows, for which the set-up of a general library
-//! costs more than the numbers (measured: `cargo bench -p cotouch-analysis --bench map`, group "eigenvalues"). This is
-//! the algorithm of EISPACK's `hqr` (Martin, Peters & Wilkinson 1970; Wilkinson & Reinsch, Handbook for Automatic
+//! costs more than the numbers (measured: `cargo bench -p cotouch-analysis --bench map`, group "eigenvalues"); larger ones
+//! must be known to end. This is the algorithm of EISPACK's `hqr` (Martin, Peters & Wilkinson 1970; Wilkinson & Reinsch, Handbook for Automatic
 //! Computation II/14) without vectors, with an exceptional shift every tenth iteration. It gives up after a fixed number
 //! of iterations.
 
@@ -305,7 +305,7 @@ fn pair(x: f64, y: f64, w: f64) -> [Complex<f64>; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::eigenvalues::{balance, of_balanced_by_library};
+    use crate::eigenvalues::balance;
     use cotouch_testkit::Random;
 
     /// Eigenvalues of larger absolute value than `above`, in an order.
@@ -337,6 +337,12 @@ mod tests {
         }
     }
 
+    /// By faer, which below 75 rows is LAPACK's `dlahqr`.
+    fn by_library(matrix: &DMatrix<f64>) -> Vec<Complex<f64>> {
+        let values = faer::Mat::from_fn(matrix.nrows(), matrix.ncols(), |i, j| matrix[(i, j)]).eigenvalues();
+        values.unwrap().iter().map(|value| Complex::new(value.re, value.im)).collect()
+    }
+
     #[test]
     fn equal_to_the_library_on_random_matrices() {
         for size in 1..=40 {
@@ -358,7 +364,7 @@ mod tests {
                 let ours = eigenvalues(&matrix).unwrap();
                 // Sparse random matrices may have defective zeros.
                 let tolerance = if sparse { 1e-4 } else { 1e-9 };
-                assert_same(ours, of_balanced_by_library(&matrix).unwrap(), tolerance * scale);
+                assert_same(ours, by_library(&matrix), tolerance * scale);
             }
         }
     }
@@ -398,8 +404,33 @@ mod tests {
         }
     }
 
+    /// Pairs of one absolute value, as delay lines have them, in a basis that is aligned with nothing.
     #[test]
-    fn what_overflows_is_left_to_others() {
+    fn many_pairs_of_one_size_are_found() {
+        for pairs in [20, 50, 120] {
+            let size = 2 * pairs;
+            let angle = |pair: usize| 0.01 + 3.1 * (pair as f64 + 0.5) / pairs as f64;
+            let radius = |pair: usize| 0.9 + 1e-13 * pair as f64;
+            let mut matrix = DMatrix::zeros(size, size);
+            let mut expected = Vec::new();
+            for pair in 0..pairs {
+                let (sin, cos) = angle(pair).sin_cos();
+                let block = nalgebra::Matrix2::new(cos, -sin, sin, cos) * radius(pair);
+                matrix.fixed_view_mut::<2, 2>(2 * pair, 2 * pair).copy_from(&block);
+                expected.extend([sin, -sin].map(|im| Complex::new(cos, im) * radius(pair)));
+            }
+            for seed in 0..3 {
+                let mut next = numbers(seed);
+                let normal = nalgebra::DVector::from_fn(size, |_, _| next()).normalize();
+                let reflect = DMatrix::identity(size, size) - &normal * normal.transpose() * 2.0;
+                matrix = &reflect * matrix * &reflect;
+            }
+            assert_same(eigenvalues(&matrix).unwrap(), expected, 1e-11);
+        }
+    }
+
+    #[test]
+    fn what_overflows_has_none() {
         let matrix = DMatrix::from_element(5, 5, f64::MAX);
         assert!(eigenvalues(&matrix).is_none_or(|values| values.iter().all(|value| value.re.is_finite())));
     }
