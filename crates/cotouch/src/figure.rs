@@ -2,6 +2,7 @@
 
 mod canvas;
 pub(crate) mod chart;
+mod contour;
 pub(crate) mod map;
 pub(crate) mod oblique;
 mod paths;

@@ -30,10 +30,12 @@ impl Analyst {
 
 impl Predictor for Analyst {
     fn predict(&self, question: &Question, wanted: &(dyn Fn() -> bool + Sync), tell: &mut dyn FnMut(Answer)) {
-        let Question { scene, margin, map } = question;
-        let look = if is_slow(scene) && !margin { first_look } else { analyze };
+        let Question { scene, whole, margin, map } = question;
+        let is_whole = *whole || !is_slow(scene);
+        let look = if is_whole { analyze } else { first_look };
         tell(match self.pool.install(|| look(scene)) {
-            Ok(stability) => Answer::Verdict(verdict(&stability)),
+            // What is unstable in one contact mode stays so, however many more are looked at.
+            Ok(stability) => Answer::Verdict(verdict(&stability, is_whole || stability.stable.is_some())),
             Err(error) => Answer::Failed("verdict", error.to_string()),
         });
         if let (Some(axes), true) = (map, wanted()) {
@@ -76,7 +78,7 @@ impl Analyst {
     }
 }
 
-/// Whether there is much that users can touch: then the whole verdict comes with the margins, when settings rest.
+/// Whether there is much that users can touch: then the whole verdict is asked for when settings rest.
 fn is_slow(scene: &Scene) -> bool {
     !scene.soft.exists() && scene.world_bodies().iter().any(|body| body.shape.kind != ShapeKind::Point)
 }
@@ -133,12 +135,13 @@ fn coarse(x: &Sweep, y: &Sweep, stable: &[Vec<bool>], complete: bool) -> Value {
     json!({ "x": x, "y": y, "stable": stable, "boundary": [], "complete": complete })
 }
 
-fn verdict(stability: &Stability) -> Value {
+fn verdict(stability: &Stability, whole: bool) -> Value {
     let mut modes: Vec<&ModeStability> = stability.modes.iter().collect();
     modes.sort_by(|a, b| b.spectral_radius.total_cmp(&a.spectral_radius));
     modes.truncate(MAX_MODES);
     json!({
         "stable": stability.stable,
+        "whole": whole,
         "spectral_radius": stability.spectral_radius,
         "period_s": stability.period_s,
         "modes": modes,
@@ -160,7 +163,7 @@ mod tests {
     ) -> Vec<Answer> {
         let scene = cotouch_scene::load(scene, &[]).unwrap();
         let mut answers = Vec::new();
-        let question = Question { scene, margin, map };
+        let question = Question { scene, whole: margin, margin, map };
         Analyst::new().unwrap().predict(&question, wanted, &mut |answer| answers.push(answer));
         answers
     }
@@ -185,6 +188,21 @@ mod tests {
         let [x, y] = ["x", "y"].map(|axis| map[axis]["values"].as_array().unwrap().clone());
         assert_eq!((x.len(), y.len()), (20, 20));
         assert!(!map["boundary"].as_array().unwrap().is_empty());
+    }
+
+    #[test]
+    fn what_takes_long_is_looked_at_quickly_first_and_then_as_the_commands_do() {
+        let verdict = |whole: bool| {
+            let scene = cotouch_scene::load("grasp", &[]).unwrap();
+            let question = Question { scene, whole, margin: false, map: None };
+            let mut answers = Vec::new();
+            Analyst::new().unwrap().predict(&question, &|| true, &mut |answer| answers.push(answer));
+            let [Answer::Verdict(verdict)] = &answers[..] else { panic!("{answers:?}") };
+            (verdict["stable"].clone(), verdict["whole"].clone())
+        };
+        assert_eq!(verdict(false), (json!(null), json!(false)));
+        let of_the_commands = analyze(&cotouch_scene::load("grasp", &[]).unwrap()).unwrap().stable;
+        assert_eq!(verdict(true), (json!(of_the_commands), json!(true)));
     }
 
     #[test]

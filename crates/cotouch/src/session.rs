@@ -8,8 +8,8 @@ use std::thread;
 use anyhow::Context as _;
 use cotouch_net::Route;
 use cotouch_runtime::{
-    DeviceChoice, LOOK_PERIOD, LiveSession, OwnLimits, RealTimeOptions, RecordKind, RecordingReader,
-    Replayed, Summary, TickRecord, numbered_path, real_time, virtual_run,
+    DeviceChoice, LOOK_PERIOD, LiveSession, OwnLimits, RealTimeOptions, RecordingReader, Replayed, Summary,
+    TickRecord, numbered_path, real_time, virtual_run,
 };
 use cotouch_scene::Scene;
 use cotouch_scene::names::HostIndex;
@@ -232,10 +232,7 @@ fn start_viewer(show: Show, address: SocketAddr, what_for: &str, output: &Output
 pub(crate) fn trace_of(scene: &Scene, recording: &Path) -> anyhow::Result<Trace> {
     let mut trace = Trace::new(scene);
     for item in RecordingReader::open(recording)? {
-        let item = item?;
-        if let RecordKind::Tick(tick) = &item.kind {
-            trace.observe(item.host, tick);
-        }
+        trace.observe(&item?);
     }
     Ok(trace)
 }

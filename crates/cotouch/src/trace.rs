@@ -1,7 +1,7 @@
 //! What a run looked like, in bounded memory however long it was: the least and the largest value a stretch of time, and
 //! paths thinned by halves.
 
-use cotouch_runtime::TickRecord;
+use cotouch_runtime::{RecordItem, RecordKind, SurfaceRecord, TickRecord};
 use cotouch_scene::geometry::Pose;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Scene, Space};
@@ -18,6 +18,8 @@ const MAX_POSES: usize = 1024;
 pub(crate) struct Trace {
     /// One entry a host.
     pub(crate) hosts: Vec<HostTrace>,
+    /// The soft object at the first host that simulates one.
+    pub(crate) soft: SoftTrace,
     /// On a line the force along it, else its magnitude.
     on_a_line: bool,
 }
@@ -70,11 +72,23 @@ impl Trace {
                 .map(|(body, _)| BodyTrace { body, x_m: envelope(), path: Path::default() })
                 .collect(),
         };
-        Self { hosts: scene.users.iter().map(host).collect(), on_a_line: scene.space == Space::Line }
+        Self {
+            hosts: scene.users.iter().map(host).collect(),
+            soft: SoftTrace::new(scene),
+            on_a_line: scene.space == Space::Line,
+        }
     }
 
-    /// Takes one tick.
-    pub(crate) fn observe(&mut self, host: HostIndex, tick: &TickRecord) {
+    /// Takes what a host recorded.
+    pub(crate) fn observe(&mut self, item: &RecordItem) {
+        match &item.kind {
+            RecordKind::Tick(tick) => self.tick(item.host, tick),
+            RecordKind::Surface(surface) => self.soft.observe(item.host, surface),
+            _ => {}
+        }
+    }
+
+    fn tick(&mut self, host: HostIndex, tick: &TickRecord) {
         let Some(trace) = self.hosts.get_mut(host.index()) else { return };
         let time_s = tick.instant.as_secs_f64();
         for (trace, (reading, commanded)) in
@@ -90,6 +104,41 @@ impl Trace {
             trace.x_m.push(time_s, body.pose.position.x);
             trace.path.push(body.pose);
         }
+    }
+}
+
+/// A soft object when it was deformed most.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct SoftTrace {
+    /// The nodes at rest, m.
+    at_rest_m: Vec<DVec3>,
+    /// Whose copy it is.
+    host: Option<HostIndex>,
+    /// The nodes then, m, and the sum of their squared displacements, m².
+    most: Option<(Vec<DVec3>, f64)>,
+}
+
+impl SoftTrace {
+    fn new(scene: &Scene) -> Self {
+        let at_rest_m = scene.soft.nodes.as_ref().map(|mesh| mesh.nodes_m.clone()).unwrap_or_default();
+        Self { at_rest_m, host: None, most: None }
+    }
+
+    fn observe(&mut self, host: HostIndex, surface: &SurfaceRecord) {
+        if *self.host.get_or_insert(host) != host || surface.positions_m.len() != self.at_rest_m.len() {
+            return;
+        }
+        let nodes = || surface.positions_m.iter().map(|&node| glam::Vec3::from_array(node).as_dvec3());
+        let moved: f64 = nodes().zip(&self.at_rest_m).map(|(now, rest)| now.distance_squared(*rest)).sum();
+        let most = self.most.as_ref().map_or(0.0, |&(_, most)| most);
+        if moved.is_finite() && moved > most {
+            self.most = Some((nodes().collect(), moved));
+        }
+    }
+
+    /// The nodes when their mean square displacement was largest, m.
+    pub(crate) fn most_deformed(&self) -> Option<&[DVec3]> {
+        self.most.as_ref().map(|(nodes, _)| nodes.as_slice())
     }
 }
 

@@ -5,7 +5,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 use cotouch_device::{Device, DeviceOpenError};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Impairment, Scene};
+use cotouch_scene::reference;
+use cotouch_scene::scene::Scene;
 use cotouch_soft::SoftError;
 
 use crate::device_choice::{DeviceChoice, missing_fingers, open_device};
@@ -29,13 +30,11 @@ const LONGEST_RELEASE_S: f64 = 2.0;
 pub enum VirtualRunError {
     /// The simulated hosts never all joined.
     #[error(
-        "the hosts could not join within 10 simulated seconds; the simulated link loses or delays too much: loss_rate {loss_rate}, latency_s {latency_s}"
+        "the hosts could not join within 10 simulated seconds; the simulated link loses, delays or holds back too much: {impaired}"
     )]
     NotJoined {
-        /// Of the scene.
-        loss_rate: f64,
-        /// Of the scene.
-        latency_s: f64,
+        /// What impairs the scene's link, as `KEY = VALUE`.
+        impaired: String,
     },
     /// A user's device cannot be had.
     #[error(transparent)]
@@ -95,6 +94,14 @@ pub fn run_observed(
     run_all(scene, open_devices(scene, &[])?, duration_s, recording, progress, observe)
 }
 
+/// Every key by which the link of `scene` is impaired, with its value.
+fn impaired(scene: &Scene) -> String {
+    let keys = reference::keys().into_iter().map(|key| key.name);
+    let of_link = keys.filter(|key| key.starts_with("link.impairment."));
+    let acting = of_link.filter_map(|key| Some((scene.number(&key).filter(|&value| value != 0.0)?, key)));
+    acting.map(|(value, key)| format!("{key} = {value}")).collect::<Vec<_>>().join(", ")
+}
+
 fn run_all(
     scene: &Scene,
     devices: Vec<Box<dyn Device>>,
@@ -107,8 +114,7 @@ fn run_all(
     let recorder = recorder.map(|recorder| Arc::new(Mutex::new(recorder)));
     let mut session = new_session(scene, devices, recorder.as_ref())?;
     if !session.run_to_tick(0, |_, _| {}) {
-        let Impairment { loss_rate, latency_s, .. } = scene.link.impairment;
-        return Err(VirtualRunError::NotJoined { loss_rate, latency_s });
+        return Err(VirtualRunError::NotJoined { impaired: impaired(scene) });
     }
     let rate = scene.rates.control_hz;
     let end = rate.ticks_in(duration_s);

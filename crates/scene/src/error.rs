@@ -13,7 +13,7 @@ pub enum Place {
         /// Counted from 1; none when the file as a whole is meant.
         line: Option<usize>,
     },
-    /// In an override, as `--set` takes it: `KEY=VALUE`.
+    /// In an override, as it was written: `--set KEY=VALUE`.
     Override(Arc<str>),
     /// In a number that a program gives to a key: `KEY=VALUE`.
     Number(Arc<str>),
@@ -39,8 +39,7 @@ impl fmt::Display for Place {
         match self {
             Self::File { label, line: Some(line) } => write!(formatter, "{label}:{line}"),
             Self::File { label, line: None } => formatter.write_str(label),
-            Self::Override(text) => write!(formatter, "--set {text}"),
-            Self::Number(text) => write!(formatter, "{text}"),
+            Self::Override(text) | Self::Number(text) => formatter.write_str(text),
         }
     }
 }

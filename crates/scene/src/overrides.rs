@@ -30,8 +30,15 @@ impl Override {
     #[must_use]
     pub fn number(key: &str, number: f64) -> Self {
         let text = crate::value::plain(number);
-        let place = Place::Override(format!("{key}={text}").into());
+        let place = Place::Override(format!("--set {key}={text}").into());
         Self { key: key.to_owned(), node: read_value(&text, place) }
+    }
+
+    /// The same, called `words` where something is wrong with it: it was not written as `--set`.
+    #[must_use]
+    pub fn written_as(mut self, words: &str) -> Self {
+        self.node.place = Place::Override(shorten(words).into());
+        self
     }
 
     /// The key that is set, dotted.
@@ -59,7 +66,7 @@ impl FromStr for Override {
         if !is_key(key) || value.is_empty() {
             return Err(error());
         }
-        let label: Arc<str> = format!("{key}={}", shorten(value)).into();
+        let label: Arc<str> = format!("--set {key}={}", shorten(value)).into();
         Ok(Self { key: key.to_owned(), node: read_value(value, Place::Override(label)) })
     }
 }

@@ -182,10 +182,19 @@ fn read_link(text: &str, label: &str) -> Result<Vec<(String, Node)>, Vec<SceneEr
 }
 
 fn read_text(path: &Path, place: &Place) -> Result<String, SceneError> {
-    let unreadable = |error: std::io::Error| {
-        let text = format!("{} cannot be read ({error}); it must be a readable TOML file", path.display());
+    let refuse = |why: String| {
+        // The place of a scene is its file, which need not be named twice.
+        let is_named =
+            matches!(place, Place::File { label, line: None } if **label == *path.display().to_string());
+        let what = if is_named { "this".to_owned() } else { path.display().to_string() };
+        let text = format!("{what} cannot be read ({why}); it must be a readable TOML file");
         SceneError { place: place.clone(), problem: Problem::Unreadable(text) }
     };
+    let unreadable = |error: std::io::Error| refuse(error.to_string());
+    // A pipe or a device could be read without end.
+    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+        return Err(refuse("it is not a regular file".to_owned()));
+    }
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(unreadable)?;
     file.take(LONGEST_TEXT as u64 + 1).read_to_end(&mut bytes).map_err(unreadable)?;

@@ -162,10 +162,19 @@ impl PageListener {
             }
             PageMessage::Set { settings } => self.change(Wanted::Settings(settings)),
             PageMessage::Again {} => self.change(Wanted::Again),
-            PageMessage::Predict { id, settings, margin, map } => {
+            PageMessage::Predict { id, settings, whole, margin, map } => {
                 let (browser, asker) = (self.connection.number, self.outbox.clone());
                 let told = Vec::new();
-                self.connection.predictions.put(Ask { browser, id, settings, margin, map, asker, told });
+                self.connection.predictions.put(Ask {
+                    browser,
+                    id,
+                    settings,
+                    whole,
+                    margin,
+                    map,
+                    asker,
+                    told,
+                });
             }
         }
     }

@@ -27,6 +27,7 @@ pub(crate) struct Ask {
     pub(crate) browser: u64,
     pub(crate) id: u32,
     pub(crate) settings: Settings,
+    pub(crate) whole: bool,
     pub(crate) margin: bool,
     pub(crate) map: Option<MapAxes>,
     pub(crate) asker: mpsc::Sender<ServerMessage>,
@@ -185,7 +186,7 @@ fn question(ask: &Ask, hub: &Hub) -> Result<(Question, Option<String>), String> 
     }
     let (scene, note) = live.as_it_would_run(&wanted.scene);
     let map = ask.map.clone().filter(|_| !ask.told.contains(&"map"));
-    Ok((Question { scene, margin: ask.margin, map }, note))
+    Ok((Question { scene, whole: ask.whole, margin: ask.margin, map }, note))
 }
 
 fn message(id: u32, answer: Answer, note: Option<&str>) -> ServerMessage {

@@ -10,6 +10,8 @@ use crate::protocol::MapAxes;
 pub struct Question {
     /// The scene as it would run: with the network that it would meet, and with hands that browsers move tracked.
     pub scene: Scene,
+    /// Whether all that users can touch is to be judged, which may take seconds, and not only what is found quickly.
+    pub whole: bool,
     /// Whether the margins are wanted.
     pub margin: bool,
     /// The plane of the map that is wanted.
@@ -19,7 +21,8 @@ pub struct Question {
 /// A part of the answer: fields as in `page/src/protocol.ts`, without `type` and `id`.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Answer {
-    /// `stable` (null where it is left open)`, spectral_radius, period_s, modes, warnings`.
+    /// `stable` (null where it is left open)`, whole` (false where a longer look may say more)`, spectral_radius, period_s, modes,
+    /// warnings`.
     Verdict(Value),
     /// `delay_periods, loss_rate, gains, notes`.
     Margin(Value),

@@ -19,7 +19,7 @@ pub(crate) enum PageMessage {
     Rate { hz: f64 },
     Set { settings: Settings },
     Again {},
-    Predict { id: u32, settings: Settings, margin: bool, map: Option<MapAxes> },
+    Predict { id: u32, settings: Settings, whole: bool, margin: bool, map: Option<MapAxes> },
 }
 
 impl PageMessage {
@@ -137,14 +137,15 @@ mod tests {
 
     #[test]
     fn what_the_page_says_is_read() {
-        let message = r#"{"type":"predict","id":3,"settings":{"a":1,"b":"x"},"margin":true,"map":null}"#;
+        let message =
+            r#"{"type":"predict","id":3,"settings":{"a":1,"b":"x"},"whole":true,"margin":true,"map":null}"#;
         let settings = Settings::from([
             ("a".to_owned(), Setting::Number(1.0)),
             ("b".to_owned(), Setting::Choice("x".to_owned())),
         ]);
         assert_eq!(
             PageMessage::read(message),
-            Ok(PageMessage::Predict { id: 3, settings, margin: true, map: None })
+            Ok(PageMessage::Predict { id: 3, settings, whole: true, margin: true, map: None })
         );
         let message = r#"{"type":"point","targets_m":[[0,0.5,-1e-3]]}"#;
         assert_eq!(PageMessage::read(message), Ok(PageMessage::Point { targets_m: vec![[0.0, 0.5, -1e-3]] }));

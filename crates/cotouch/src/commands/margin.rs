@@ -51,13 +51,13 @@ fn durations(scene: &Scene, others_s: &[f64]) -> Vec<f64> {
 fn text(title: &str, margins: &Margins) -> String {
     let word = if margins.stable { "stable" } else { "unstable" };
     let radius = prediction::radius(margins.spectral_radius);
-    let mut text = format!("{title}\n{word} (spectral radius {radius})\n\n");
+    let mut text = format!("{title}\n{word} (spectral radius {radius}), the contacts that scripts make\n\n");
     if margins.stable {
         let delay = margins.delay_periods.map(|periods| format!("{periods} network periods"));
-        let loss = margins.loss_rate.map(|rate| format!("{:.3} % of packets", 100.0 * rate));
+        let loss = margins.loss_rate.map(loss_limit);
         let untold = || "see the notes".to_owned();
         let _ = writeln!(text, "stays stable up to a delay of  {}", delay.unwrap_or_else(untold));
-        let _ = writeln!(text, "and up to a loss of            {}", loss.unwrap_or_else(untold));
+        let _ = writeln!(text, "and up to a loss of packets of {}", loss.unwrap_or_else(untold));
         for rate in &margins.rates {
             let hz = rate.hz.map_or_else(untold, |hz| format!("{} Hz", four_digits(hz)));
             let _ = writeln!(text, "and down to {:<18} {hz}", rate.key);
@@ -86,7 +86,17 @@ fn text(title: &str, margins: &Margins) -> String {
     for note in &margins.notes {
         let _ = writeln!(text, "note: {note}");
     }
+    let _ = writeln!(
+        text,
+        "note: All of this is about the contacts that scripts make; whether a scene is stable in everything that its users can \
+         touch, `cotouch analyze stability` says."
+    );
     text
+}
+
+/// A limit of the share of lost packets. At 1 there is none: every loss short of everything is stood.
+fn loss_limit(rate: f64) -> String {
+    if rate >= 1.0 { none() } else { format!("{:.3} %", 100.0 * rate) }
 }
 
 /// Where there is more than one delay.
@@ -96,7 +106,7 @@ fn write_delay_and_loss(text: &mut String, rows: &[DelayAndLoss]) {
     }
     let _ = writeln!(text, "\n{:<28} {:>12}", "delay, network periods", "loss up to");
     for DelayAndLoss { delay_periods, loss_rate } in rows {
-        let loss = loss_rate.map_or_else(|| "unknown".to_owned(), |rate| format!("{:.3} %", 100.0 * rate));
+        let loss = loss_rate.map_or_else(|| "unknown".to_owned(), loss_limit);
         let _ = writeln!(text, "{delay_periods:<28} {loss:>12}");
     }
 }

@@ -65,7 +65,7 @@ pub(super) fn text(summary: &Summary) -> String {
             let active = user.passivity.filter(|seen| seen.least_energy_j < -LEAST_TOLD_J);
             let active = active.map_or_else(String::new, |seen| {
                 format!(
-                    "; at one finger up to {:.4} J more came out than the hand had put in there",
+                    "; up to {:.4} J more came out at one finger than went in there (from other hands, through the object)",
                     -seen.least_energy_j
                 )
             });
@@ -79,11 +79,11 @@ pub(super) fn text(summary: &Summary) -> String {
         row("failed", failure.to_owned());
     }
     if let Some(file) = &summary.recording {
-        row("recording", file.clone());
+        row("recording", with_size(file));
     }
     for session in &summary.earlier {
         let verdict = session.verdict.in_words();
-        let file = session.recording.as_deref().unwrap_or("not recorded");
+        let file = session.recording.as_deref().map_or_else(|| "not recorded".to_owned(), with_size);
         row("before", format!("{}, {:.1} s, {verdict}, {file}", session.scene, session.duration_s));
     }
     if let Some(file) = &summary.picture {
@@ -181,6 +181,13 @@ fn slow_steps(soft: &SoftSummary) -> String {
         _ => String::new(),
     };
     format!("{steps}, {late} late, {missed} missed{took}")
+}
+
+/// A file and how large it is, where it is there.
+fn with_size(file: impl AsRef<str>) -> String {
+    let file = file.as_ref();
+    std::fs::metadata(file)
+        .map_or_else(|_| file.to_owned(), |facts| format!("{file} ({:.1} MB)", facts.len() as f64 * 1e-6))
 }
 
 fn network(summary: &Summary) -> String {

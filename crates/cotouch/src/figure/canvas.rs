@@ -27,6 +27,14 @@ pub(super) fn colour(index: usize) -> RGBColor {
     COLOURS[index % COLOURS.len()]
 }
 
+/// A user's colour, lighter from finger to finger, so that both of a hand are told apart.
+pub(super) fn finger_colour(user: usize, finger: usize) -> RGBColor {
+    let lighter = [0.0, 0.45, 0.65][finger.min(2)];
+    let RGBColor(red, green, blue) = colour(user);
+    let mix = |part: u8| (f64::from(part) + lighter * (255.0 - f64::from(part))).round() as u8;
+    RGBColor(mix(red), mix(green), mix(blue))
+}
+
 pub(super) fn text(size: u32, colour: RGBColor) -> TextStyle<'static> {
     (FONT, size).into_font().color(&colour)
 }

@@ -5,11 +5,13 @@ use std::ops::Range;
 use cotouch_scene::scene::{Scene, Space};
 use plotters::prelude::*;
 
-use super::canvas::{Area, GRID, INK, QUIET, WIDTH, colour, text, undrawable};
+use super::canvas::{Area, GRID, INK, QUIET, WIDTH, colour, finger_colour, text, undrawable};
 use super::paths;
-use crate::trace::{self, Envelope, HostTrace, Trace};
+use crate::trace::{Envelope, Trace};
 
-const HEADER: u32 = 64;
+/// Height of the headline, and of every line of the legend below it.
+const HEADLINE: u32 = 36;
+const LINE: u32 = 20;
 const PANEL: u32 = 270;
 
 /// Forces on the fingers, and where fingers and bodies were, over a run: on a line as curves over time, else as paths
@@ -18,12 +20,15 @@ pub(crate) fn session_picture(scene: &Scene, trace: &Trace, headline: &str) -> a
     let mut svg = String::new();
     let on_a_line = scene.space == Space::Line;
     let lower = if on_a_line { PANEL } else { paths::HEIGHT };
+    let legend = Legend::of(scene, trace);
+    let header_height = HEADLINE + LINE * legend.lines() + 8;
     {
-        let root = SVGBackend::with_string(&mut svg, (WIDTH, HEADER + PANEL + lower)).into_drawing_area();
+        let root =
+            SVGBackend::with_string(&mut svg, (WIDTH, header_height + PANEL + lower)).into_drawing_area();
         root.fill(&WHITE).map_err(undrawable)?;
-        let (header, panels) = root.split_vertically(HEADER);
-        let styles = if on_a_line { "solid: hand, dashed: object" } else { "thin: fingers, thick: bodies" };
-        draw_header(&header, trace, headline, styles)?;
+        let (header, panels) = root.split_vertically(header_height);
+        header.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
+        legend.draw(&header)?;
         let (forces, places) = panels.split_vertically(PANEL);
         draw_forces(&forces, trace, on_a_line)?;
         if on_a_line {
@@ -36,61 +41,112 @@ pub(crate) fn session_picture(scene: &Scene, trace: &Trace, headline: &str) -> a
     Ok(svg)
 }
 
-fn draw_header(area: &Area<'_>, trace: &Trace, headline: &str, styles: &str) -> anyhow::Result<()> {
-    area.draw_text(headline, &text(15, INK), (16, 12)).map_err(undrawable)?;
-    let mut x = 16;
-    for (index, host) in trace.hosts.iter().enumerate() {
-        let key = PathElement::new([(x, 46), (x + 22, 46)], colour(index).stroke_width(3));
-        area.draw(&key).map_err(undrawable)?;
-        area.draw_text(&host.user, &text(13, INK), (x + 28, 39)).map_err(undrawable)?;
-        x += 28 + 8 * host.user.chars().count() as i32 + 24;
+/// Which colour is whose, and what lines of which kind are.
+struct Legend {
+    /// Rows of colours with their names, and where each begins, pixels.
+    keys: Vec<Vec<(i32, RGBColor, String)>>,
+    styles: &'static [&'static str],
+}
+
+impl Legend {
+    fn of(scene: &Scene, trace: &Trace) -> Self {
+        let mut keys: Vec<Vec<(i32, RGBColor, String)>> = Vec::new();
+        let mut x = WIDTH as i32;
+        for (index, host) in trace.hosts.iter().enumerate() {
+            for finger in 0..host.fingers.len() {
+                let name = match host.fingers.len() {
+                    1 => host.user.clone(),
+                    _ => format!("{}, finger {}", host.user, finger + 1),
+                };
+                let width = 28 + 8 * name.chars().count() as i32 + 24;
+                if x + width > WIDTH as i32 {
+                    keys.push(Vec::new());
+                    x = 16;
+                }
+                keys.last_mut().expect("a row was begun").push((x, finger_colour(index, finger), name));
+                x += width;
+            }
+        }
+        let styles: &[&str] = match scene.space {
+            Space::Line => &["solid: hand; dashed: object; black: wall"],
+            _ if scene.soft.exists() => &paths::SOFT_LEGEND,
+            _ => &paths::LEGEND,
+        };
+        Self { keys, styles }
     }
-    area.draw_text(styles, &text(13, QUIET), (WIDTH as i32 - 200, 39)).map_err(undrawable)
+
+    fn lines(&self) -> u32 {
+        (self.keys.len() + self.styles.len()) as u32
+    }
+
+    fn draw(&self, area: &Area<'_>) -> anyhow::Result<()> {
+        let mut y = HEADLINE as i32;
+        for row in &self.keys {
+            for (x, colour, name) in row {
+                let key = PathElement::new([(*x, y + 7), (x + 22, y + 7)], colour.stroke_width(3));
+                area.draw(&key).map_err(undrawable)?;
+                area.draw_text(name, &text(13, INK), (x + 28, y)).map_err(undrawable)?;
+            }
+            y += LINE as i32;
+        }
+        for style in self.styles {
+            area.draw_text(style, &text(13, QUIET), (16, y)).map_err(undrawable)?;
+            y += LINE as i32;
+        }
+        Ok(())
+    }
 }
 
 fn draw_forces(area: &Area<'_>, trace: &Trace, on_a_line: bool) -> anyhow::Result<()> {
-    let curve =
-        |finger: &trace::FingerTrace| Curve { points: finger.force_n.points().collect(), dashed: false };
-    let hosts: Vec<Vec<Curve>> =
-        trace.hosts.iter().map(|host| host.fingers.iter().map(curve).collect()).collect();
+    let curves = trace.hosts.iter().enumerate().flat_map(|(index, host)| {
+        host.fingers.iter().enumerate().map(move |(number, finger)| Curve {
+            points: finger.force_n.points().collect(),
+            colour: finger_colour(index, number),
+            dashed: false,
+        })
+    });
+    let curves: Vec<Curve> = curves.collect();
     let (y_label, x_label) =
         if on_a_line { ("force on the hand, N", "") } else { ("force on each finger, N", "time, s") };
-    draw_panel(area, &hosts, None, y_label, x_label)
+    draw_panel(area, &curves, None, y_label, x_label)
 }
 
 fn draw_positions(area: &Area<'_>, scene: &Scene, trace: &Trace) -> anyhow::Result<()> {
-    let curves = |host: &HostTrace| {
-        let fingers = host.fingers.iter().map(|finger| (finger.x_m.clone(), false));
-        fingers.chain(host.bodies.iter().map(|body| (body.x_m.clone(), true))).collect::<Vec<_>>()
-    };
-    let hosts: Vec<Vec<(Envelope, bool)>> = trace.hosts.iter().map(curves).collect();
-    let largest = hosts.iter().flatten().flat_map(|(curve, _)| curve.points());
+    let curves = trace.hosts.iter().enumerate().flat_map(|(index, host)| {
+        let fingers = host.fingers.iter().enumerate();
+        let fingers = fingers.map(move |(number, finger)| (&finger.x_m, finger_colour(index, number), false));
+        fingers.chain(host.bodies.iter().map(move |body| (&body.x_m, colour(index), true)))
+    });
+    let curves: Vec<(&Envelope, RGBColor, bool)> = curves.collect();
+    let largest = curves.iter().flat_map(|(curve, ..)| curve.points());
     let largest = largest.map(|(_, metres)| metres.abs()).fold(0.0, f64::max);
-    let (unit, label) = if largest < 0.5 { (1e3, "position, mm") } else { (1.0, "position, m") };
-    let scaled = |(curve, dashed): &(Envelope, bool)| Curve {
+    let (unit, unit_name) = paths::unit_of(2.0 * largest);
+    let scaled = |&(curve, colour, dashed): &(&Envelope, RGBColor, bool)| Curve {
         points: curve.points().map(|(time_s, metres)| (time_s, unit * metres)).collect(),
-        dashed: *dashed,
+        colour,
+        dashed,
     };
-    let hosts: Vec<Vec<Curve>> = hosts.iter().map(|curves| curves.iter().map(scaled).collect()).collect();
+    let curves: Vec<Curve> = curves.iter().map(scaled).collect();
     let wall = scene.wall.exists().then_some(unit * scene.wall.position_m);
-    draw_panel(area, &hosts, wall, label, "time, s")
+    draw_panel(area, &curves, wall, &format!("position, {unit_name}"), "time, s")
 }
 
 /// One line of a panel.
 struct Curve {
     points: Vec<(f64, f64)>,
+    colour: RGBColor,
     dashed: bool,
 }
 
-/// The curves of every host in its colour, and the wall where there is one.
+/// The curves, and the wall where there is one.
 fn draw_panel(
     area: &Area<'_>,
-    hosts: &[Vec<Curve>],
+    curves: &[Curve],
     wall: Option<f64>,
     y_label: &str,
     x_label: &str,
 ) -> anyhow::Result<()> {
-    let points = || hosts.iter().flatten().flat_map(|curve| curve.points.iter().copied());
+    let points = || curves.iter().flat_map(|curve| curve.points.iter().copied());
     let end_s = points().map(|point| point.0).fold(1e-3, f64::max);
     let values = range(points().map(|point| point.1).chain(wall));
     let mut chart = ChartBuilder::on(area)
@@ -118,15 +174,13 @@ fn draw_panel(
         let line = LineSeries::new([(0.0, wall), (end_s, wall)], INK.stroke_width(2));
         chart.draw_series(line).map_err(undrawable)?;
     }
-    for (index, curves) in hosts.iter().enumerate() {
-        for curve in curves {
-            let style = colour(index).stroke_width(if curve.dashed { 2 } else { 1 });
-            let points = curve.points.iter().copied();
-            if curve.dashed {
-                chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
-            } else {
-                chart.draw_series(LineSeries::new(points, style)).map_err(undrawable)?;
-            }
+    for curve in curves {
+        let style = curve.colour.stroke_width(if curve.dashed { 2 } else { 1 });
+        let points = curve.points.iter().copied();
+        if curve.dashed {
+            chart.draw_series(DashedLineSeries::new(points, 6, 4, style)).map_err(undrawable)?;
+        } else {
+            chart.draw_series(LineSeries::new(points, style)).map_err(undrawable)?;
         }
     }
     Ok(())

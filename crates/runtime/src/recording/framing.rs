@@ -68,8 +68,7 @@ impl<R: Read> Framing<R> {
         };
         framing.read(mcap::MAGIC.len() as u64)?;
         if framing.body != mcap::MAGIC {
-            let found = format!("{:02x?} at its beginning", framing.body);
-            return Err(RecordingError::foreign(found, "an MCAP file"));
+            return Err(RecordingError::foreign("another kind of file", "an MCAP file"));
         }
         framing.count_in_checksum(mcap::MAGIC);
         Ok(framing)

@@ -157,6 +157,8 @@ export interface VerdictMessage {
   id: number;
   /** Null where each analysed mode is stable and not all that can happen is proven to be. */
   stable: boolean | null;
+  /** False where only a first look was taken, and a question with `whole` may say more. */
+  whole: boolean;
   /** Without rigid-body poles, per pattern of ticks. */
   spectral_radius: number;
   period_s: number;
@@ -221,4 +223,4 @@ export type PageMessage =
   /** Begin the running session anew with its present settings. */
   | { type: "again" }
   /** What does the analysis say for the running session with these changes? A newer question ends an older one. */
-  | { type: "predict"; id: number; settings: Settings; margin: boolean; map: { x: MapAxis; y: MapAxis } | null };
+  | { type: "predict"; id: number; settings: Settings; whole: boolean; margin: boolean; map: { x: MapAxis; y: MapAxis } | null };

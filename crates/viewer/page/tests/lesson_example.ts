@@ -61,7 +61,7 @@ export function answers({ id, settings, margin, map }: Question, running: Settin
     { contacts: ["hand 1", "hand 2"], spectral_radius: radius, stable },
   ];
   return [
-    { type: "verdict", id, stable, spectral_radius: radius, period_s: 0.0078125, modes, warnings: [] },
+    { type: "verdict", id, stable, whole: true, spectral_radius: radius, period_s: 0.0078125, modes, warnings: [] },
     ...(map ? [mapOf(id, map)] : []),
     ...(margin ? [marginOf(id, Number(all[K_OBJECTS]), radius)] : []),
   ];

@@ -151,7 +151,7 @@ async fn a_prediction_is_of_the_settings_that_were_asked_about() {
     let axis = |key: &str| json!({ "key": key, "from": 100, "to": 200, "count": 5, "log": true });
     let map = json!({ "x": axis(STIFFNESS), "y": axis("coupling.hand_object.stiffness_n_per_m") });
     page.say(
-        json!({ "type": "predict", "id": 5, "settings": { STIFFNESS: 2000 }, "margin": true, "map": map }),
+        json!({ "type": "predict", "id": 5, "settings": { STIFFNESS: 2000 }, "whole": false, "margin": true, "map": map }),
     )
     .await;
     let verdict = page.wait_for("verdict").await;
@@ -165,7 +165,10 @@ async fn a_prediction_is_of_the_settings_that_were_asked_about() {
     assert_eq!(stage.live.scene().0.coupling.object_object.stiffness_n_per_m, 300.0, "nothing was changed");
 
     let map = json!({ "x": axis("object.mesh"), "y": axis(STIFFNESS) });
-    page.say(json!({ "type": "predict", "id": 6, "settings": {}, "margin": false, "map": map })).await;
+    page.say(
+        json!({ "type": "predict", "id": 6, "settings": {}, "whole": false, "margin": false, "map": map }),
+    )
+    .await;
     assert_eq!(page.wait_for("refused").await["what"], "predict");
 }
 
@@ -174,7 +177,7 @@ async fn what_is_predicted_is_what_can_run() {
     let stage = with_fake("single-axis");
     let mut page = Page::open(&stage).await;
     let settings = json!({ "link.delay_periods": 0 });
-    page.say(json!({ "type": "predict", "id": 1, "settings": settings, "margin": false, "map": null })).await;
+    page.say(json!({ "type": "predict", "id": 1, "settings": settings, "whole": false, "margin": false, "map": null })).await;
     let verdict = page.wait_for("verdict").await;
     assert!(verdict["warnings"][0].as_str().unwrap().contains("at least 1 network period"), "{verdict}");
 }
@@ -183,7 +186,7 @@ async fn what_is_predicted_is_what_can_run() {
 async fn a_newer_question_ends_an_older_one_and_a_mistake_ends_nothing() {
     let stage = with_fake("single-axis");
     let mut page = Page::open(&stage).await;
-    let predict = |id: u32, delay: u32| json!({ "type": "predict", "id": id, "settings": { "link.delay_periods": delay }, "margin": false, "map": null });
+    let predict = |id: u32, delay: u32| json!({ "type": "predict", "id": id, "settings": { "link.delay_periods": delay }, "whole": false, "margin": false, "map": null });
     page.say(predict(1, 7)).await;
     page.say(predict(2, 7)).await;
     page.say(predict(3, 2)).await;
@@ -200,7 +203,7 @@ async fn a_newer_question_ends_an_older_one_and_a_mistake_ends_nothing() {
 async fn a_long_answer_waits_for_the_first_answers_of_others_and_still_comes() {
     let stage = with_fake("single-axis");
     let (mut one, mut two) = (Page::open(&stage).await, Page::open(&stage).await);
-    let predict = |id: u32, margin: bool| json!({ "type": "predict", "id": id, "settings": { "link.delay_periods": 6 }, "margin": margin, "map": null });
+    let predict = |id: u32, margin: bool| json!({ "type": "predict", "id": id, "settings": { "link.delay_periods": 6 }, "whole": false, "margin": margin, "map": null });
     one.say(predict(1, true)).await;
     assert_eq!(one.wait_for("verdict").await["id"], 1);
     for id in 1..=3 {

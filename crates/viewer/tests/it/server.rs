@@ -110,7 +110,10 @@ async fn what_cannot_be_set_has_no_controls() {
     assert_eq!(session["controls"], json!([]));
     page.say(json!({ "type": "set", "settings": { "link.delay_periods": 2 } })).await;
     assert_eq!(page.wait_for("refused").await["what"], "set");
-    page.say(json!({ "type": "predict", "id": 1, "settings": {}, "margin": false, "map": null })).await;
+    page.say(
+        json!({ "type": "predict", "id": 1, "settings": {}, "whole": false, "margin": false, "map": null }),
+    )
+    .await;
     assert_eq!(page.wait_for("refused").await["what"], "predict");
 }
 

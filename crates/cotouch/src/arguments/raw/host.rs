@@ -77,10 +77,10 @@ impl PartialEq for Impair {
 }
 
 fn impairment(text: &str) -> Result<Impair, String> {
-    let set = format!("link.impairment.{text}")
+    let set: Override = format!("link.impairment.{text}")
         .parse()
         .map_err(|_| format!("{text:?} is not KEY=VALUE, such as loss_rate=0.01"))?;
-    Ok(Impair { written: text.to_owned(), set })
+    Ok(Impair { written: text.to_owned(), set: set.written_as(&format!("--impair {text}")) })
 }
 
 /// Only of drivers that there are; whether the device is there is seen when it is opened.

@@ -41,6 +41,8 @@ export class Asking {
   /** Counts plans: only the latest one counts. */
   #plan = 0;
   #todo: "nothing" | "quick" | "thorough" = "nothing";
+  /** Whether the last verdict was the last word. */
+  #isWhole = false;
 
   constructor(send: (question: Question) => void, clock: Clock = REAL) {
     this.#send = send;
@@ -55,9 +57,13 @@ export class Asking {
     this.#tick();
   }
 
-  /** A part of an answer came, or, where it is not complete, a rough one. False when it is to an older question. */
-  answered(id: number, what: "verdict" | "margin" | "map", complete = true): boolean {
+  /**
+   * A part of an answer came, or, where it is not complete, a rough one; a verdict that is not whole is asked for again once
+   * the controls rest. False when it is to an older question.
+   */
+  answered(id: number, what: "verdict" | "margin" | "map", complete = true, whole = true): boolean {
     if (id !== this.#id) return false;
+    if (what === "verdict") this.#isWhole = whole;
     if (!complete) return true;
     this.#waitsFor.delete(what);
     if (what === "map") this.#mapShown = this.#mapAsked;
@@ -104,12 +110,12 @@ export class Asking {
     const margin = thorough && wish.margin;
     this.#todo = thorough ? "nothing" : "thorough";
     // The quick question has been answered or is still worked at: nothing more is wanted.
-    const whole = !this.#waitsFor.has("verdict") && !(map && !this.#waitsFor.has("map"));
-    if (thorough && !margin && (whole || this.#waitsFor.size > 0)) return;
+    const answered = !this.#waitsFor.has("verdict") && !(map && !this.#waitsFor.has("map"));
+    if (thorough && !margin && this.#isWhole && (answered || this.#waitsFor.size > 0)) return;
     this.#id++;
     this.#asked_at = this.#clock.now();
     this.#waitsFor = new Set(["verdict", ...(map ? ["map"] : []), ...(margin ? ["margin"] : [])]);
     if (map) this.#mapAsked = wish.mapKey;
-    this.#send({ type: "predict", id: this.#id, settings: wish.settings, margin, map });
+    this.#send({ type: "predict", id: this.#id, settings: wish.settings, whole: thorough, margin, map });
   }
 }

@@ -103,7 +103,8 @@ class Lesson {
       this.#contact.show(picture, store.settings?.settings ?? {}, store.taken?.user ?? null);
     });
     store.on("refused", ({ what }) => { if (what === "set") this.#revert(); });
-    store.on("verdict", (verdict) => this.#answered(verdict.id, "verdict", () => this.#showVerdict(verdict)));
+    store.on("verdict", (verdict) =>
+      this.#answered(verdict.id, "verdict", () => this.#showVerdict(verdict), true, verdict.whole));
     store.on("margin", (margin) => this.#answered(margin.id, "margin", () =>
       this.#margins.replaceChildren(listMargins(margin, this.#known()))));
     store.on("map", (map) => this.#answered(map.id, "map", () => this.#map.show(map), map.complete));
@@ -248,8 +249,8 @@ class Lesson {
     this.#showBusy();
   }
 
-  #answered(id: number, what: "verdict" | "margin" | "map", show: () => void, complete = true): void {
-    if (!this.#asking.answered(id, what, complete)) return;
+  #answered(id: number, what: "verdict" | "margin" | "map", show: () => void, complete = true, whole = true): void {
+    if (!this.#asking.answered(id, what, complete, whole)) return;
     show();
     this.#showBusy();
   }
@@ -303,7 +304,8 @@ class Lesson {
   #showAgreement(): void {
     const same = this.#isWhatRuns();
     const predicted = this.#verdict?.stable;
-    const agrees = typeof predicted === "boolean" && same && this.#running.seen === (predicted ? "settled" : "shaking");
+    const seen = predicted ? ["quiet"] : ["shaking", "diverging", "lost"];
+    const agrees = typeof predicted === "boolean" && same && seen.includes(this.#running.seen);
     this.#agreement.dataset["agrees"] = String(agrees);
     say(this.#agreement, agreement(predicted, this.#running.seen, same));
   }

@@ -39,9 +39,9 @@ export function agreement(predicted: boolean | null | undefined, seen: Observed,
   return seen === "shaking" ? "Predicted unstable – and it shakes." : "Predicted unstable – it has not shaken yet.";
 }
 
-/** What a verdict is called. */
-export function verdictWord(stable: boolean | null): string {
-  return stable === null ? "not proven" : stable ? "stable" : "unstable";
+/** What a verdict is called; one that is not whole may still change. */
+export function verdictWord(stable: boolean | null, whole = true): string {
+  return stable === null ? (whole ? "not proven" : "not proven yet") : stable ? "stable" : "unstable";
 }
 
 /** How fast an oscillation at the radius grows or fades. */

@@ -36,8 +36,8 @@ export function createHeader(element: HTMLElement, store: Store): void {
     }
     connection.show("good", replay ? "Replay" : "Live");
   });
-  store.on("verdict", ({ stable }) => {
-    predicted.show(stable === null ? "unknown" : stable ? "good" : "bad", verdictWord(stable));
+  store.on("verdict", ({ stable, whole }) => {
+    predicted.show(stable === null ? "unknown" : stable ? "good" : "bad", verdictWord(stable, whole));
   });
   store.on("picture", (picture) => observed.show(...observe(picture)));
   store.on("trouble", (trouble) => {

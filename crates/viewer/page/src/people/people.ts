@@ -49,7 +49,7 @@ export function createPeople(element: HTMLElement, store: Store, send: Send): vo
   });
   store.on("taken", ({ user }) => {
     const nameOf = (whose: number | null) => store.seats.find((seat) => seat.user === whose)?.name ?? "a user";
-    const left = last === null || store.trouble !== null ? "" : `You have let go of ${nameOf(last)}'s hand; it is yours again when you take it back.`;
+    const left = last === null || store.trouble !== null ? "" : `${nameOf(last)}'s hand is no longer yours; take it again when you like.`;
     say(mine, user === null ? left : `You move ${nameOf(user)}'s hand.`);
     last = user ?? last;
     settle();

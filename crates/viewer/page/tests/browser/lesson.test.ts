@@ -138,7 +138,7 @@ test("what another browser sets moves the controls; what is refused is said and 
 test("answers to older questions change nothing, and what failed is said", async () => {
   const server = await openLesson();
   const before = await server.page.textContent(RADIUS);
-  server.send({ type: "verdict", id: 0, stable: false, spectral_radius: 3, period_s: 1, modes: [], warnings: [] });
+  server.send({ type: "verdict", id: 0, stable: false, whole: true, spectral_radius: 3, period_s: 1, modes: [], warnings: [] });
   await pass(server.page, 150);
   assert.equal(await server.page.textContent(RADIUS), before);
   const id = said(server, "predict").at(-1)!.id;

@@ -176,6 +176,26 @@ test("the first question goes out at once; while it is answered the newest wish 
   assert.equal(asked.length, 3, "at rest, nothing more is asked");
 });
 
+test("a verdict that is not whole is asked for again at rest, and only then", () => {
+  const clock = new FakeClock();
+  const asked: Question[] = [];
+  const asking = new Asking((question) => asked.push(question), clock);
+  asking.wish({ ...wish(1), axes: null, margin: false });
+  assert.equal(asked[0]!.whole, false);
+  asking.answered(asked[0]!.id, "verdict", true, false);
+  clock.go(1000);
+  assert.equal(asked.length, 2);
+  assert.ok(asked[1]!.whole && !asked[1]!.margin);
+  asking.answered(asked[1]!.id, "verdict", true, true);
+  clock.go(5000);
+  assert.equal(asked.length, 2);
+  // Of a quick scene the first verdict is the last word.
+  asking.wish({ ...wish(2), axes: null, margin: false });
+  asking.answered(asked[2]!.id, "verdict", true, true);
+  clock.go(5000);
+  assert.equal(asked.length, 3);
+});
+
 test("a map that was ended by a newer question is asked for again; a question without an answer does not block", () => {
   const clock = new FakeClock();
   const asked: Question[] = [];
