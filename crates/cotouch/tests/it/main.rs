@@ -10,6 +10,7 @@ mod growth;
 mod outages;
 mod probe;
 mod program;
+mod safety;
 mod scenes;
 mod settled_grasp;
 mod soak;
