@@ -1,9 +1,9 @@
 //! Eigenvalues that can be trusted: Osborne's balancing, then Hessenberg form and Francis's double-shift QR, which has a
 //! limit on its iterations and says when it meets it.
 //!
-//! faer (0.24.4) does neither from 75 rows on: where it deflates early, it sorts diagonal blocks by a size that changes when
-//! they are swapped, which for pairs of nearly one absolute value, as delay lines have them, need not end; and values that
-//! were not found are given as zeros.
+//! faer (0.24.4) is asked only about smaller matrices at which that iteration did not converge. From 75 rows on it deflates early,
+//! and sorts diagonal blocks by a size that changes when they are swapped, which for pairs of nearly one absolute value, as
+//! delay lines have them, need not end.
 //!
 //! Lifted maps mix metres, metres a second and delay lines; unbalanced, half of the digits are lost. Balancing is the
 //! similarity `D⁻¹·A·D` by powers of two (exact in floating point) that makes each row as large as its column
@@ -26,6 +26,11 @@ pub enum EigenvalueError {
     #[error("the eigenvalues of this {0}×{0} matrix were not found within the limit of iterations")]
     NoConvergence(usize),
 }
+
+/// From this size on, faer deflates early.
+const DEFLATES_EARLY: usize = 75;
+/// Error of the sum of all eigenvalues over the norm of the matrix, which is some 1e-15 where all were found.
+const SUM_TOLERANCE: f64 = 1e-11;
 
 /// All eigenvalues, in no particular order. Real eigenvalues have an imaginary part of exactly zero.
 ///
@@ -103,12 +108,28 @@ fn power_of_two(ratio: f64) -> f64 {
 /// Eigenvalues of a finite, square matrix that was balanced before ([`balance`]), in no particular order.
 ///
 /// # Errors
-/// When (never seen) the iteration does not converge.
+/// When the iteration does not converge, in any of the ways that are tried.
 pub fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
-    // Another basis is another course of the iteration.
     francis::eigenvalues(matrix)
+        .or_else(|| by_library(matrix))
+        // Another basis is another course of the iteration.
         .or_else(|| francis::eigenvalues(&reflected(matrix)))
         .ok_or(EigenvalueError::NoConvergence(matrix.nrows()))
+}
+
+/// By faer, where it is known to end. It takes its own failure for success, with zeros for what it has not found, which the
+/// sum of the eigenvalues shows.
+fn by_library(matrix: &DMatrix<f64>) -> Option<Vec<Complex<f64>>> {
+    let size = matrix.nrows();
+    if size >= DEFLATES_EARLY {
+        return None;
+    }
+    let values = faer::Mat::from_fn(size, size, |i, j| matrix[(i, j)]).eigenvalues().ok()?;
+    let values: Vec<Complex<f64>> = values.iter().map(|value| Complex::new(value.re, value.im)).collect();
+    let sum: Complex<f64> = values.iter().sum();
+    let error = (sum - matrix.trace()).norm();
+    // Also false where anything is no number.
+    (error <= SUM_TOLERANCE * matrix.norm()).then_some(values)
 }
 
 /// `H·A·H` with a reflection in a plane that is aligned with nothing.

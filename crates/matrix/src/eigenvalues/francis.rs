@@ -9,7 +9,7 @@
 use nalgebra::{Complex, DMatrix};
 use pulp::Arch;
 
-/// Iterations for one eigenvalue or pair; three or four is usual.
+/// Iterations for one eigenvalue or pair, or as many as the matrix has rows where these are more; three or four is usual.
 const MAX_ITERATIONS: usize = 60;
 const EXCEPTIONAL: usize = 10;
 
@@ -114,7 +114,7 @@ impl Square {
         values: &mut Vec<Complex<f64>>,
     ) -> Option<usize> {
         let last = rest - 1;
-        for iteration in 0..MAX_ITERATIONS {
+        for iteration in 0..MAX_ITERATIONS.max(self.size) {
             let first = self.first_of_block(last, norm);
             let x = self.at(last, last);
             if first == last {
