@@ -6,7 +6,7 @@ import type { PageMessage } from "../../src/protocol.ts";
 import { encodePicture } from "../encode.ts";
 import { LINE, picture } from "../examples.ts";
 import { answers, CONTROLS, K_OBJECTS, K_REMOTE, lesson, radiusAt, SETTINGS } from "../lesson_example.ts";
-import { launch, openPage, pass, type FakeServer } from "../harness.ts";
+import { launch, openPage, pass, stopClock, type FakeServer } from "../harness.ts";
 
 const SLIDER = "#control-coupling-object-object-stiffness-n-per-m";
 const RADIUS = "#lesson .radius";
@@ -71,6 +71,8 @@ test("what begins the session anew is set when it is let go; the others at once"
   await server.page.selectOption("#control-session-architecture", "centralized");
   await pass(server.page, 200);
   assert.deepEqual(said(server, "set").map(({ settings }) => settings), [{ "session.architecture": "centralized" }]);
+  // Three presses are one move of the control, however long the machine takes for them.
+  await stopClock(server.page);
   await server.page.focus("#control-link-delay-periods");
   for (let press = 0; press < 3; press++) await server.page.keyboard.press("ArrowRight");
   assert.equal(said(server, "set").length, 1);
