@@ -53,7 +53,7 @@ fn told(trial: &Trial) -> String {
     let verdict = match stability.stable {
         Some(true) => format!("stable, {distance} from the line"),
         Some(false) => format!("unstable in {}", unstable_modes(trial)),
-        None => format!("open, {distance} from the line, for {}", why_open(trial)),
+        None => format!("open, {distance} from the line, for {}", all_left_out(trial)),
     };
     let found = moved.as_ref().map_or(String::new(), Moved::to_string);
     format!("seed {seed}: {:.6}, {verdict}{found}", stability.spectral_radius)
@@ -66,6 +66,12 @@ fn unstable_modes(Trial { stability, .. }: &Trial) -> String {
     let unstable = stability.modes.iter().filter(|mode| !mode.stable).count();
     let contacts = worst.map_or(String::new(), |mode| mode.contacts.join(" + "));
     format!("[{contacts}], of {unstable} unstable modes")
+}
+
+/// All sentences, or why what is left is open.
+fn all_left_out(trial: &Trial) -> String {
+    let sentences: Vec<String> = trial.stability.left_out.iter().map(ToString::to_string).collect();
+    if sentences.is_empty() { why_open(trial) } else { sentences.join("; ") }
 }
 
 /// Scenes as files, with the hands that moved them.

@@ -381,7 +381,7 @@ impl Surface {
         };
         match self.shape {
             "ball" => round(DVec3::ZERO),
-            "capsule" => round(DVec3::Y * (AXIS_M * side.y + aside.y).clamp(-AXIS_M, AXIS_M)),
+            "capsule" => round(DVec3::Y * if side.y == 0.0 { aside.y } else { AXIS_M * side.y }),
             "mesh" if side == DVec3::X => {
                 // The slanted face through (0.04, 0).
                 let (outward, along) = (DVec3::new(4.0, 1.0, 0.0).normalize(), DVec3::new(-1.0, 4.0, 0.0));
