@@ -24,7 +24,7 @@ pub enum EigenvalueError {
     /// NaN or infinity.
     #[error("eigenvalues need finite numbers; row {0}, column {1} is not")]
     NotFinite(usize, usize),
-    /// The iteration ran into its limit, twice.
+    /// The iteration ran into its limit, in each of the ways that are tried.
     #[error("the eigenvalues of this {0}×{0} matrix were not found within the limit of iterations")]
     NoConvergence(usize),
 }
