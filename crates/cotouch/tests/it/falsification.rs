@@ -90,7 +90,9 @@ fn files(trials: &[&Trial]) -> String {
 fn tell_what_was_left_open(trials: &[Trial]) {
     let rigid = trials.iter().filter(|trial| !trial.scene.soft.exists());
     let is_open = |trial: &&Trial| trial.stability.stable.is_none();
-    let is_near = |trial: &&Trial| is_open(trial) && trial.stability.switching_distance < Some(MIN_DISTANCE);
+    let is_near = |trial: &&Trial| {
+        is_open(trial) && trial.stability.switching_distance.is_some_and(|distance| distance < MIN_DISTANCE)
+    };
     let (near, others): (Vec<&Trial>, Vec<&Trial>) = rigid.partition(is_near);
     let open: Vec<&&Trial> = others.iter().filter(|trial| is_open(trial)).collect();
     println!("{} rigid scenes left open nearer to the line than {MIN_DISTANCE:.2}", near.len());
