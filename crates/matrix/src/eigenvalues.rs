@@ -73,16 +73,17 @@ pub fn balance(matrix: &mut DMatrix<f64>) -> Vec<f64> {
 fn balancing_factor(matrix: &DMatrix<f64>, index: usize) -> Option<f64> {
     const LARGEST: f64 = 1e150;
     let size = matrix.nrows();
-    let elements = matrix.as_slice();
-    let in_column = &elements[index * size..(index + 1) * size];
-    let in_row = elements[index..].iter().step_by(size);
     let (mut column, mut row) = (0.0, 0.0);
-    for (position, (of_column, of_row)) in in_column.iter().zip(in_row).enumerate() {
-        if position != index {
+    let in_column = &matrix.as_slice()[index * size..][..size];
+    let columns = matrix.as_slice().chunks_exact(size);
+    let mut add = |from: usize, to: usize| {
+        for (of_column, of_row) in in_column[from..to].iter().zip(columns.clone().skip(from)) {
             column += of_column.abs();
-            row += of_row.abs();
+            row += of_row[index].abs();
         }
-    }
+    };
+    add(0, index);
+    add(index + 1, size);
     if column == 0.0 || row == 0.0 || !(column + row).is_finite() {
         return None;
     }
