@@ -28,7 +28,7 @@ use crate::left_out::LeftOut;
 use crate::lift::layout::{Layout, Registers};
 use crate::loop_spec::LoopSpec;
 use crate::operating_point::Reach;
-use crate::verdict::{AnalysisError, ContactPlace, ModeStability, Worst, WorstGain};
+use crate::verdict::{AnalysisError, ContactPlace, ModeStability, NEUTRAL, Worst, WorstGain};
 use contacts::{BodyContacts, Set, names};
 use hands::Hand;
 use loops::{Candidate, Judged, Movers, all_parts, judge_candidate, loops, worst};
@@ -47,6 +47,9 @@ const SEARCH_BUDGET: f64 = 2.5e8;
 const MAX_SEARCHED: usize = 8;
 /// Modes of which the axis is told.
 const MAX_WITH_AXIS: usize = 16;
+/// What passes has passed before it grew by more than a tenth in a quarter of an hour, 1/s. A drift that nothing damps, a double
+/// pole at 1, is computed as faster than what counts as neutral, and slower than this.
+const PASSES_UNFELT_PER_S: f64 = 1e-4;
 /// By such a share gains are changed to see what that does.
 const SMALL_CHANGE: f64 = 1e-4;
 
@@ -295,10 +298,16 @@ impl Study<'_> {
 
     /// That something which passes grows while it is there: neither stable nor, as long as nobody saw it last, unstable.
     fn growing(&self, passing: &[(Candidate, Judged)]) -> Option<LeftOut> {
-        let growing = passing.iter().filter(|(_, judged)| !judged.stable);
-        let (candidate, judged) =
-            growing.max_by(|(_, one), (_, other)| one.spectral_radius.total_cmp(&other.spectral_radius))?;
-        let pattern_s = loops(self.scene, self.reach, candidate).first()?.pattern_s();
+        let growths = passing.iter().filter(|(_, judged)| !judged.stable).map(|(candidate, judged)| {
+            let pattern_s = loops(self.scene, self.reach, candidate).first().map(LoopSpec::pattern_s);
+            let per_s = pattern_s.map_or(0.0, |pattern_s| judged.spectral_radius.ln() / pattern_s);
+            (candidate, judged.spectral_radius, per_s)
+        });
+        // What is unstable and does not grow comes apart: that is felt, however short it is there.
+        let felt =
+            growths.filter(|&(_, radius, per_s)| per_s > PASSES_UNFELT_PER_S || radius < 1.0 + NEUTRAL);
+        let (candidate, spectral_radius, per_s) =
+            felt.max_by(|(_, one, _), (_, other, _)| one.total_cmp(other))?;
         let places = candidate.arrangement.grips.iter().map(|(grip, _)| {
             let DVec3 { x, y, z } = grip.touches_at() * 1e3;
             format!("{} at ({x:.1}, {y:.1}, {z:.1}) mm", grip.name)
@@ -307,9 +316,9 @@ impl Study<'_> {
         Some(LeftOut::new(
             format!("How long this lasts: {}", self.names(candidate).join(" + ")),
             format!(
-                "it grows by {:.4} a period ({:.3} /s) while it does, with {} of {}",
-                judged.spectral_radius,
-                judged.spectral_radius.ln() / pattern_s,
+                "it grows by {:.4} a period ({} /s) while it does, with {} of {}",
+                spectral_radius,
+                in_three_digits(per_s),
                 places.join(", "),
                 self.reach.bodies[candidate.arrangement.body].name
             ),
@@ -395,6 +404,11 @@ impl Study<'_> {
         // What outgrows floating point has no slope.
         slope.is_finite().then(|| WorstGain { key: key.to_owned(), value, slope })
     }
+}
+
+/// What is small by its power of ten, so that it is not told as nothing.
+fn in_three_digits(rate: f64) -> String {
+    if rate != 0.0 && rate.abs() < 1e-3 { format!("{rate:.2e}") } else { format!("{rate:.3}") }
 }
 
 #[cfg(test)]

@@ -246,3 +246,28 @@ fn contacts_of_a_mesh_with_a_wall_are_analysed() {
     assert!(covered.modes.iter().any(|mode| at_wall(&mode)));
     assert!(covered.left_out.iter().all(|gap| !gap.what.contains("wall")), "{:?}", covered.left_out);
 }
+
+#[test]
+fn a_slow_growth_is_not_told_as_none() {
+    assert_eq!(
+        [2.04e-7, 0.000_999, 0.506_8, 18.975_4].map(super::in_three_digits),
+        ["2.04e-7", "9.99e-4", "0.507", "18.975"]
+    );
+}
+
+#[test]
+fn what_passes_before_it_is_felt_leaves_nothing_open() {
+    let scene = BoxOnALine::COUNTER_EXAMPLE.scene();
+    let reach = Reach::of(&scene);
+    let study = Study { scene: &scene, reach: &reach };
+    let candidate = study.untouched();
+    let judged = judge_candidate(&scene, &reach, &candidate, false).unwrap();
+    let growing = |spectral_radius: f64| {
+        let judged = super::Judged { spectral_radius, stable: false, ..judged };
+        study.growing(&[(candidate.clone(), judged)]).map(|gap| gap.why)
+    };
+    // The rounding of a double pole at 1; the pattern is some milliseconds.
+    assert_eq!(growing(1.0 + 1e-9), None);
+    assert!(growing(1.0 + 1e-4).unwrap().contains("/s) while it does"));
+    assert!(growing(1.0).is_some(), "what comes apart does not grow");
+}

@@ -39,6 +39,7 @@ fn search(seeds: Range<u64>, crowd: Crowd, longest_s: f64) {
     println!("called unstable: {} shake or diverge, {} do not", shown.len(), hidden.len());
     println!("left open: {} keep shaking or diverge, {} do not", moving.len(), resting.len());
     tell_what_was_left_open(&trials);
+    println!("left open, and these keep shaking or diverge:\n{}", files(&moving));
     println!("called unstable, and nothing shows it:\n{}", files(&hidden));
     assert!(wrong.is_empty(), "called stable, and are not:\n{}", files(&wrong));
     let share = shown.len() as f64 / (shown.len() + hidden.len()).max(1) as f64;

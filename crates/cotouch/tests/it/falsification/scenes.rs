@@ -25,6 +25,10 @@ const HALF_M: DVec3 = DVec3::new(0.05, 0.04, 0.03);
 const ROUND_M: f64 = 0.04;
 const AXIS_M: f64 = 0.03;
 
+/// What a seed is multiplied with for numbers that have nothing to do with its own: 2⁶⁴ over the golden ratio (Knuth 1998, 6.4).
+/// The generator is affine, so that those of a seed and of its complement add up to the same everywhere.
+const UNRELATED: u64 = 0x9E37_79B9_7F4A_7C15;
+
 /// How many people with how many fingers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Crowd {
@@ -53,7 +57,7 @@ impl Drawn {
             Self::soft(&mut random)
         } else {
             // Of numbers of their own, so that a seed is the same scene but for them.
-            Self::rigid(&mut random, crowd, &mut Random::new(!seed))
+            Self::rigid(&mut random, crowd, &mut Random::new(seed.wrapping_mul(UNRELATED)))
         };
         drawn.around_the_line(&mut random)
     }
