@@ -69,5 +69,5 @@ fn nobody_there_is_said_in_a_sentence() {
         .output()
         .unwrap();
     assert_eq!(output.status.code(), Some(1));
-    assert!(String::from_utf8_lossy(&output.stderr).contains("nothing came back"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("no `cotouch probe serve` of this account answered"));
 }
