@@ -103,12 +103,7 @@ impl LinkProbe {
 }
 
 /// Sends what is due, when it is due, then waits for stragglers.
-fn send(
-    end: &Secured,
-    core: &Mutex<Prober>,
-    stop: &Stop,
-    show: &mut dyn FnMut(f64),
-) -> anyhow::Result<()> {
+fn send(end: &Secured, core: &Mutex<Prober>, stop: &Stop, show: &mut dyn FnMut(f64)) -> anyhow::Result<()> {
     let start = clock::now();
     while !stop.is_set() {
         let now = clock::now();
@@ -176,7 +171,8 @@ mod tests {
         let reflector = Reflector::listen(loopback()).unwrap();
         let Ticket { address, key } = reflector.ticket();
         let other = Reflector::listen(loopback()).unwrap().ticket();
-        let why = |ticket| LinkProbe::connect(ticket, &Stop::default()).err().expect("not reached").to_string();
+        let why =
+            |ticket| LinkProbe::connect(ticket, &Stop::default()).err().expect("not reached").to_string();
         assert!(why(Ticket { address: other.address, key }).starts_with("nothing came back"));
         let stop = Stop::default();
         std::thread::scope(|scope| {

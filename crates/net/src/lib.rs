@@ -62,7 +62,8 @@ pub use probe::{ProbeConfig, ProbeReport, Prober, RateSweep, reflect_probe};
 pub use route::Route;
 pub use scene_fetch::{SceneFetch, SceneFetchError};
 pub use secure::{
-    Entropy, MAX_SEALED, PublicKey, Rejections, SealedTransmit, SecureNode, SessionKey, Ticket, TicketError, Unwelcome,
+    Entropy, MAX_SEALED, PublicKey, Rejections, SealedTransmit, SecureNode, SessionKey, Ticket, TicketError,
+    Unwelcome,
 };
 pub use session::{Config, ConfigError, Counters, Endpoint, Event, PeerInfo, Presence, SendError, StartWhen};
 pub use statistics::{LinkStatistics, RoundTrip, SequenceCounts};

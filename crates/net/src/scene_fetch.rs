@@ -77,7 +77,7 @@ impl PartialText {
     fn take(&mut self, offset: usize, part: &[u8]) -> bool {
         let number = offset / SCENE_PART_BYTES;
         let end = self.bytes.len().min((number + 1) * SCENE_PART_BYTES);
-        let is_part = offset % SCENE_PART_BYTES == 0 && offset < end && part.len() == end - offset;
+        let is_part = offset.is_multiple_of(SCENE_PART_BYTES) && offset < end && part.len() == end - offset;
         if !is_part || self.has_part[number] {
             return false;
         }

@@ -78,12 +78,7 @@ fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     let mut ends: Vec<(NetworkThreads, HapticPort)> = Vec::new();
     for (host, socket) in (0u8..).map(HostIndex).zip([server, joiner]) {
         let endpoint = full_session_endpoint(&scene, host, route, clock::now());
-        ends.push(NetworkThreads::start(
-            socket,
-            endpoint,
-            &host.to_string(),
-            &Failures::default(),
-        )?);
+        ends.push(NetworkThreads::start(socket, endpoint, &host.to_string(), &Failures::default())?);
     }
     // The session begins when the clocks of both ends are known, and nobody tells of it.
     while ends.iter_mut().any(|(_, port)| port.clock().is_none()) {

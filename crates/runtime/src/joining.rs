@@ -3,7 +3,9 @@
 use std::io;
 use std::time::Duration;
 
-use cotouch_net::{Config, Endpoint, MAX_DATAGRAM, Refusal, Route, SceneFetch, SceneFetchError, StartWhen, printable};
+use cotouch_net::{
+    Config, Endpoint, MAX_DATAGRAM, Refusal, Route, SceneFetch, SceneFetchError, StartWhen, printable,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
 use cotouch_scene::time::LocalTime;
@@ -26,13 +28,7 @@ pub(crate) fn local_endpoint(scene: &Scene, host: HostIndex, server: Route, now:
     endpoint(keyed_config(scene), scene, host, server, now)
 }
 
-fn endpoint(
-    mut config: Config,
-    scene: &Scene,
-    host: HostIndex,
-    server: Route,
-    now: LocalTime,
-) -> Endpoint {
+fn endpoint(mut config: Config, scene: &Scene, host: HostIndex, server: Route, now: LocalTime) -> Endpoint {
     config.user = Some(scene.users[host.index()].name.clone());
     if host == HostIndex::FIRST { Endpoint::serve(config, now) } else { Endpoint::join(config, server, now) }
 }

@@ -51,7 +51,9 @@ mod tests {
         assert_eq!(PublicKey::of(key.route()), Some(key));
         let address: std::net::SocketAddr = "127.0.0.1:7800".parse().unwrap();
         assert_eq!(PublicKey::of(address.into()), None);
-        for text in ["key:", "key:AAAA", "unix:/run/a", "key:paWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWl"] {
+        for text in
+            ["key:", "key:AAAA", "unix:/run/a", "key:paWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWlpaWl"]
+        {
             assert_eq!(PublicKey::of(Route::Named(Text::from(text).unwrap())), None, "{text}");
         }
     }

@@ -7,7 +7,8 @@ use cotouch_scene::time::LocalTime;
 
 use super::channel::{Channel, Opened, Unopened};
 use super::frame::{
-    InitiationError, Kind, MAX_SEALED, Sealed, SealedTransmit, initiation, rejection, response, stamped_message,
+    InitiationError, Kind, MAX_SEALED, Sealed, SealedTransmit, initiation, rejection, response,
+    stamped_message,
 };
 use super::key::{KEY_BYTES, PublicKey};
 use super::noise::{Call, KeyPair, Taken, TicketKeys, call, take_call};

@@ -5,8 +5,8 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use cotouch_net::{
-    Config, Endpoint, Entropy, Entry, Event, MAX_SEALED, Presence, Route, SecureNode, SessionKey, SimulatedLink,
-    StartWhen, StatePacket, Transmit,
+    Config, Endpoint, Entropy, Entry, Event, MAX_SEALED, Presence, Route, SecureNode, SessionKey,
+    SimulatedLink, StartWhen, StatePacket, Transmit,
 };
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
@@ -152,8 +152,7 @@ impl Net {
 
     fn with(server: Config, impairment: Impairment, seed: u64, secure: Option<SecureNode>) -> Self {
         let (rate, links) = (server.network_hz, BTreeMap::new());
-        let mut net =
-            Self { now: 0, nodes: vec![], impairment, cut: vec![], tape: None, links, seed, rate };
+        let mut net = Self { now: 0, nodes: vec![], impairment, cut: vec![], tape: None, links, seed, rate };
         let endpoint = Endpoint::serve(server, LocalTime(7_000 * S));
         net.add(endpoint, secure, 7_000 * S, 0.0);
         net

@@ -456,8 +456,7 @@ fn a_flood_of_first_messages_is_answered_at_a_bounded_rate() {
     assert!((256..=356).contains(&taken), "{taken}");
     assert_eq!(server.rejections().throttled, 600 - taken as u64);
     // And through all this a holder of the ticket still comes in a moment later.
-    let mut newcomer =
-        SecureNode::join(server.session_key(), route("192.0.2.1:1"), entropy(9), LocalTime(0));
+    let mut newcomer = SecureNode::join(server.session_key(), route("192.0.2.1:1"), entropy(9), LocalTime(0));
     let (at, me, here) = (LocalTime(102 * S), route("192.0.2.8:1"), newcomer.session_key().server());
     newcomer.call(at, here);
     for _ in 0..2 {

@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::net::{MS, Net, S, config, packet, route};
-use cotouch_net::{
-    Endpoint, Event, MAX_DATAGRAM, Refusal, SceneFetch, SendError, StartWhen,
-};
+use cotouch_net::{Endpoint, Event, MAX_DATAGRAM, Refusal, SceneFetch, SendError, StartWhen};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
 use cotouch_scene::time::{LocalTime, SessionTime};

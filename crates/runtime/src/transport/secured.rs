@@ -4,7 +4,9 @@ use std::io;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use cotouch_net::{Entropy, MAX_DATAGRAM, MAX_SEALED, Rejections, Route, SecureNode, SessionKey, Ticket, Unwelcome};
+use cotouch_net::{
+    Entropy, MAX_DATAGRAM, MAX_SEALED, Rejections, Route, SecureNode, SessionKey, Ticket, Unwelcome,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::LocalTime;

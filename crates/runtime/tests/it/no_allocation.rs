@@ -169,8 +169,7 @@ fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let end = Secured::serve(transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap());
     let route = end.route().unwrap();
     let endpoint = full_session_endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
-    let (_threads, mut port) =
-        NetworkThreads::start(end, endpoint, "test", &Failures::default()).unwrap();
+    let (_threads, mut port) = NetworkThreads::start(end, endpoint, "test", &Failures::default()).unwrap();
     let packet = StatePacket::default();
     let counted = allocations(|| {
         for _ in 0..1000 {

@@ -2,7 +2,7 @@
 
 use std::io;
 
-use cotouch_net::{MAX_DATAGRAM, MAX_SEALED, Route, Text, Ticket, Unwelcome};
+use cotouch_net::{MAX_DATAGRAM, MAX_SEALED, Rejections, Route, Text, Ticket, Unwelcome};
 use cotouch_runtime::clock;
 use cotouch_runtime::transport::{
     self, Arrival, DynTransport, Impaired, KINDS, MAX_WAIT, RouteError, Secured, Transport, Unreached,
@@ -151,7 +151,9 @@ fn a_secured_transport_conforms_over_every_kind_and_lets_nobody_in_without_the_t
         assert_eq!(receiving(&far, || near.reach_server(patience, &|| true)), Ok(()));
         let pair = Pair { near: &near, far: &far, now: &clock::now, longest: MAX_DATAGRAM };
         pair.conforms();
-        assert_eq!(near.rejections().total() + far.rejections().total(), 0);
+        // On a busy computer a call is repeated before its answer is there, and the second answer comes too late.
+        let rejected = [&near, &far].map(|end| Rejections { repeated: 0, ..end.rejections() });
+        assert_eq!(rejected, [Rejections::default(); 2]);
         assert_eq!(far.route().unwrap(), ticket.key.server());
         let slow = Impairment { latency_s: 0.002, ..Impairment::NONE };
         near.impair(&slow, 1, HostIndex(0));
@@ -164,7 +166,8 @@ fn a_secured_transport_conforms_over_every_kind_and_lets_nobody_in_without_the_t
         let reached = receiving(&far, || near.reach_server(patience, &|| true));
         assert_eq!(reached, Err(Unreached::Unwelcome(Unwelcome::Ticket)));
         assert!(far.rejections().without_ticket > 0);
-        assert_eq!(near.reach_server(patience, &|| false), Err(Unreached::Unwanted));
+        let another = Secured::join(transport::listen(loopback()).unwrap(), wrong, clock::now());
+        assert_eq!(another.reach_server(patience, &|| false), Err(Unreached::Unwanted));
         // Nobody is at that end.
         let lost = near.send(clock::now(), wrong.key.server(), b"lost");
         assert_eq!(lost.unwrap_err().kind(), io::ErrorKind::NotConnected);
