@@ -78,10 +78,10 @@ fn maps(criterion: &mut Criterion) {
     group.finish();
 }
 
-/// 64 and fewer rows take the small algorithm, more the library's.
+/// Up to the states of four people with two fingers each.
 fn spectra(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("eigenvalues");
-    for size in [4, 8, 16, 32, 64, 65] {
+    for size in [4, 8, 16, 32, 64, 128, 384] {
         let element = |i: usize, j: usize| ((i * 37 + j * 101 + i * j) % 97) as f64 / 97.0 - 0.5;
         let matrix = DMatrix::from_fn(size, size, element);
         group.bench_function(BenchmarkId::from_parameter(size), |bencher| {

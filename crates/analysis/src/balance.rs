@@ -3,7 +3,7 @@
 use cotouch_world::LinearBlock;
 use nalgebra::DMatrix;
 
-use crate::loop_spec::{Body, Dynamics, LoopSpec, Motion, Signal, Term};
+use crate::loop_spec::{Dynamics, LoopBody, LoopSpec, Motion, Signal, Term};
 
 /// The laws of rest: for plants `A·s + B·f = 0`, for masses `f = 0`, for blocks `(A − I)·x + B·u = 0` and
 /// `C·x + D·u − y = 0`; in the plants' states, the masses' positions, and the blocks' states and outputs.
@@ -33,7 +33,7 @@ impl Balance {
     }
 
     /// How many unknowns a body has.
-    pub(crate) fn numbers(body: &Body) -> usize {
+    pub(crate) fn numbers(body: &LoopBody) -> usize {
         match &body.dynamics {
             Dynamics::Plant(plant) | Dynamics::Sensed { plant, .. } => plant.a.nrows(),
             Dynamics::Mass { .. } | Dynamics::Rigid { .. } => body.axes.len(),
@@ -122,7 +122,7 @@ impl Balance {
             return terms.flat_map(read).collect();
         }
         let Some(body) = spec.body_of(term.motion) else { return Vec::new() };
-        let (first, Body { axes, dynamics, .. }) = (self.first[body.0], &spec.bodies[body.0]);
+        let (first, LoopBody { axes, dynamics, .. }) = (self.first[body.0], &spec.bodies[body.0]);
         let is_velocity = term.number >= axes.len();
         match dynamics {
             // Nothing moves.

@@ -6,8 +6,8 @@ use cotouch_scene::names::Coordinate;
 
 use crate::discretise::per_inertia;
 use crate::loop_spec::{
-    Block, Body, Coupling, Dynamics, Estimate, Force, Hold, Line, LineId, LoopSpec, Motion, Plant, Signal,
-    tick_of_step,
+    Block, Dynamics, Estimate, Force, ForceGains, Hold, Line, LineId, LoopBody, LoopSpec, Motion, Plant,
+    Signal, tick_of_step,
 };
 use crate::order::direct_blocks;
 
@@ -104,7 +104,7 @@ pub(crate) fn check(spec: &LoopSpec) -> Result<(), SpecError> {
     for action in &spec.actions {
         check_index("body", action.body.0, spec.bodies.len())?;
         let components = match &action.force {
-            Force::Coupling(coupling) => {
+            Force::Gains(coupling) => {
                 check_coupling(spec, coupling, || format!("a force on body {}", action.body.0))?;
                 coupling.components
             }
@@ -190,7 +190,7 @@ fn check_components(found: usize, allowed: usize) -> Result<(), SpecError> {
     if found == allowed { Ok(()) } else { Err(SpecError::Components { found, allowed }) }
 }
 
-fn check_body(body: &Body) -> Result<(), SpecError> {
+fn check_body(body: &LoopBody) -> Result<(), SpecError> {
     let (name, axes) =
         (|| body.states.first().map_or_else(|| "a body".to_owned(), ToString::to_string), body.axes.len());
     let (shapes, states) = match &body.dynamics {
@@ -243,7 +243,11 @@ fn check_plant(plant: &Plant, what: &impl Fn() -> String) -> Result<(), SpecErro
     numbers.into_iter().try_for_each(|&found| check_finite(found, what))
 }
 
-fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> String) -> Result<(), SpecError> {
+fn check_coupling(
+    spec: &LoopSpec,
+    coupling: &ForceGains,
+    what: impl Fn() -> String,
+) -> Result<(), SpecError> {
     for term in &coupling.terms {
         check_finite(term.gain, || format!("a gain of {}", what()))?;
         check_index("component", term.component, coupling.components)?;
@@ -261,7 +265,7 @@ fn check_coupling(spec: &LoopSpec, coupling: &Coupling, what: impl Fn() -> Strin
 }
 
 /// Forces are sampled after blocks have read the samples that are held: none of these may be a force of the same instant.
-fn check_no_fresh_force(spec: &LoopSpec, coupling: &Coupling) -> Result<(), SpecError> {
+fn check_no_fresh_force(spec: &LoopSpec, coupling: &ForceGains) -> Result<(), SpecError> {
     let fresh = coupling.terms.iter().find_map(|term| match term.motion {
         Motion::Held(LineId(line)) => {
             let Line { signal, delay, .. } = &spec.lines[line];
@@ -324,13 +328,13 @@ mod tests {
         let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
         let soft = SpringDamper { stiffness_n_per_m: 100.0, damping_n_s_per_m: 5.0 };
         let dynamics = Dynamics::Plant(Plant::mass(0.1, soft));
-        let hand = spec.body(Body { states, axes: LINE, dynamics });
+        let hand = spec.body(LoopBody { states, axes: LINE, dynamics });
         let pull = spec.spring(Motion::Current(hand), Motion::Ground, soft);
         let (host, part) = (HostIndex::FIRST, Part::Force(0));
         let delay = Delay::Scheduled { periods, transit_ticks: 0 };
         let line = spec.line(Line { host, from: host, part, signal: Signal::Force(pull), delay });
         let read = Term { component: 0, motion: Motion::Held(line), number: 0, gain: 1.0 };
-        let input = Coupling { components: 1, terms: vec![read] };
+        let input = ForceGains { components: 1, terms: vec![read] };
         let law = LinearBlock::gain(DMatrix::from_element(1, 1, 1.0));
         let at_once = Delay::OnArrival { transit_ticks: 0 };
         spec.block(Block::sampled(spec.schedule, input, law, at_once));

@@ -21,7 +21,7 @@
 use cotouch_scene::scene::{BodyImpedance, SpringDamper};
 use glam::{DMat3, DQuat, DVec3};
 
-use crate::loop_spec::{Columns, Coupling, Dof, Motion, Rows};
+use crate::loop_spec::{Columns, Dof, ForceGains, Motion, Rows};
 
 /// A motion and the ways in which it moves.
 pub(crate) type Moving = (Motion, &'static [Dof]);
@@ -132,7 +132,7 @@ impl LinearForce {
     /// Adds the force on the point to that on a finger.
     pub(crate) fn on_point(
         &self,
-        on: &mut Coupling,
+        on: &mut ForceGains,
         axes: &'static [Dof],
         point: Moving,
         body: Option<Moving>,
@@ -142,7 +142,7 @@ impl LinearForce {
     }
 
     /// Adds the reaction to the force and torque on the body.
-    pub(crate) fn on_body(&self, on: &mut Coupling, axes: &'static [Dof], point: Moving, body: Moving) {
+    pub(crate) fn on_body(&self, on: &mut ForceGains, axes: &'static [Dof], point: Moving, body: Moving) {
         let (arm, force) = (cross(self.arm), cross(self.force));
         let rows = |turns| Rows { axes, turns };
         self.add(on, rows(false), &[(-DMat3::IDENTITY, -self.turn(), DMat3::ZERO)], point, Some(body));
@@ -157,7 +157,7 @@ impl LinearForce {
     /// Adds `lever·δF`, with `turn` = `lever·∂F/∂θ` and `more` on top of the position's gain.
     fn add(
         &self,
-        on: &mut Coupling,
+        on: &mut ForceGains,
         rows: Rows,
         parts: &[(DMat3, DMat3, DMat3)],
         point: Moving,
@@ -180,7 +180,7 @@ impl LinearForce {
     /// goes from the body's centre to the corner, and `force` acts on the body.
     ///
     /// δF = J·(δp + θ×ρ) + D·(δṗ + δω×ρ),  δτ = (θ×ρ)×F₀ + ρ×δF.
-    pub(crate) fn on_own_point(&self, on: &mut Coupling, axes: &'static [Dof], body: Moving) {
+    pub(crate) fn on_own_point(&self, on: &mut ForceGains, axes: &'static [Dof], body: Moving) {
         let (arm, force) = (cross(self.arm), cross(self.force));
         for (turns, lever, more) in [(false, DMat3::IDENTITY, DMat3::ZERO), (true, arm, force * arm)] {
             let rows = Rows { axes, turns };
@@ -207,7 +207,7 @@ pub(crate) struct ChannelGains {
 /// copy is turned against the near one (`apart`) is a rotation vector φ, whose derivative is J_l⁻¹(φ)·θ_far − J_r⁻¹(φ)·θ_near;
 /// `turned` is how the near one is turned against the scene's start.
 pub(crate) fn couple_copies(
-    on: &mut Coupling,
+    on: &mut ForceGains,
     (near, axes): Moving,
     far: Motion,
     [translation, rotation]: [ChannelGains; 2],
@@ -234,7 +234,7 @@ pub(crate) fn couple_copies(
 }
 
 /// Adds what ties a body to the ground.
-pub(crate) fn tie_to_ground(on: &mut Coupling, body: Moving, impedance: &BodyImpedance) {
+pub(crate) fn tie_to_ground(on: &mut ForceGains, body: Moving, impedance: &BodyImpedance) {
     let rows = |turns| Rows { axes: body.1, turns };
     let spin = DVec3::splat(impedance.rotational_damping_n_m_s_per_rad);
     on.add(rows(false), body, POSITION, &DMat3::from_diagonal(-impedance.stiffness_n_per_m));

@@ -54,7 +54,7 @@ const SMALL_CHANGE: f64 = 1e-4;
 pub(crate) struct Covered {
     /// One for each set of contacts, hands as scripts hold them, none first; then unstable ones with hands that are held otherwise.
     pub(crate) modes: Vec<ModeStability>,
-    /// The largest of the modes as scripts have them; with hands held otherwise only where these alone are unstable.
+    /// The largest of the modes.
     pub(crate) spectral_radius: f64,
     /// The one that comes nearest to swinging ever more.
     pub(crate) worst: Worst,
@@ -85,7 +85,7 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     let nothing = study.nothing()?;
     let bodies: Vec<BodyContacts> =
         (0..reach.bodies.len()).map(|body| BodyContacts::of(scene, &reach, body)).collect();
-    let mut left_out = reach.left_out.clone();
+    let mut left_out = Vec::new();
     left_out::add_of_bodies(&reach, &mut left_out);
     let mut modes = vec![study.mode(&study.untouched(), modes_worst(&nothing))];
     let mut candidates = vec![study.untouched()];
@@ -107,8 +107,6 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
         candidates.push(candidate);
     }
     study.add_axes(&mut modes, &found, &bodies)?;
-    let told_radius = modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
-    let told_is_stable = modes.iter().all(|mode| mode.stable);
 
     let Results { mut lasting, passing } = study.search(&bodies, &found, &incomplete)?;
     lasting.extend(study.other_hands()?);
@@ -122,21 +120,13 @@ pub(crate) fn cover(scene: &Scene) -> Result<Covered, AnalysisError> {
     if modes.iter().all(|mode| mode.stable) {
         left_out.extend(study.growing(&passing));
     }
-    let spectral_radius = match told_is_stable {
-        true => modes
-            .iter()
-            .filter(|mode| !mode.stable)
-            .map(|mode| mode.spectral_radius)
-            .fold(told_radius, f64::max),
-        false => told_radius,
-    };
+    let spectral_radius = modes.iter().map(|mode| mode.spectral_radius).fold(0.0, f64::max);
     let untouched = (study.untouched(), modes_worst(&nothing));
     let searched = lasting.iter().chain(&passing).chain(std::iter::once(&untouched));
     let nearest = searched.max_by(|(_, one), (_, other)| one.nearness.total_cmp(&other.nearness));
     let (nearest, judged) = nearest.unwrap_or(&untouched);
     let worst = study.worst(nearest, *judged);
-    let counted = (0..modes.len()).filter(|&mode| modes[mode].spectral_radius <= spectral_radius);
-    let largest = counted.max_by(|&one, &other| {
+    let largest = (0..modes.len()).max_by(|&one, &other| {
         modes[one].spectral_radius.total_cmp(&modes[other].spectral_radius).then(other.cmp(&one))
     });
     let headline = largest.map_or(&untouched.0, |mode| &candidates[mode]);
@@ -308,6 +298,7 @@ impl Study<'_> {
         let growing = passing.iter().filter(|(_, judged)| !judged.stable);
         let (candidate, judged) =
             growing.max_by(|(_, one), (_, other)| one.spectral_radius.total_cmp(&other.spectral_radius))?;
+        let pattern_s = loops(self.scene, self.reach, candidate).first()?.pattern_s();
         let places = candidate.arrangement.grips.iter().map(|(grip, _)| {
             let DVec3 { x, y, z } = grip.touches_at() * 1e3;
             format!("{} at ({x:.1}, {y:.1}, {z:.1}) mm", grip.name)
@@ -316,8 +307,9 @@ impl Study<'_> {
         Some(LeftOut::new(
             format!("How long this lasts: {}", self.names(candidate).join(" + ")),
             format!(
-                "it grows by {:.4} a period while it does, with {} of {}",
+                "it grows by {:.4} a period ({:.3} /s) while it does, with {} of {}",
                 judged.spectral_radius,
+                judged.spectral_radius.ln() / pattern_s,
                 places.join(", "),
                 self.reach.bodies[candidate.arrangement.body].name
             ),

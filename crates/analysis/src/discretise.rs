@@ -4,7 +4,7 @@ use cotouch_scene::scene::Integrator;
 use nalgebra::DMatrix;
 
 use crate::dof::Dof;
-use crate::loop_spec::{Body, Dynamics, Estimate, Plant};
+use crate::loop_spec::{Dynamics, Estimate, LoopBody, Plant};
 
 /// The exact step over one tick of a body with d degrees of freedom.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub(crate) struct BodyStep {
 }
 
 impl BodyStep {
-    pub(crate) fn new(body: &Body, period_s: f64) -> Self {
+    pub(crate) fn new(body: &LoopBody, period_s: f64) -> Self {
         let axes = body.axes.len();
         match &body.dynamics {
             Dynamics::Plant(plant) => zero_order_hold(plant, period_s),
@@ -79,7 +79,7 @@ fn sensed(plant: &Plant, estimate: Estimate, period_s: f64) -> BodyStep {
 }
 
 /// M⁻¹ of a rigid body about rest, d × d.
-pub(crate) fn per_inertia(body: &Body) -> DMatrix<f64> {
+pub(crate) fn per_inertia(body: &LoopBody) -> DMatrix<f64> {
     let axes = body.axes;
     let Dynamics::Rigid { mass_kg, inertia, .. } = &body.dynamics else {
         return DMatrix::zeros(axes.len(), axes.len());

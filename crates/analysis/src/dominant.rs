@@ -10,7 +10,7 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::discretise::per_inertia;
 use crate::lift::layout::Layout;
-use crate::loop_spec::{Body, Dof, Dynamics, LoopSpec};
+use crate::loop_spec::{Dof, Dynamics, LoopBody, LoopSpec};
 
 /// Eigenvalues are equally large up to this share of them.
 const EQUAL: f64 = 1e-9;
@@ -135,7 +135,7 @@ fn moving(spec: &LoopSpec, layout: &Layout) -> Vec<Moving> {
 }
 
 /// A body's inertia for each degree of freedom, and the place of its first velocity among its states.
-fn masses(body: &Body) -> (Vec<f64>, usize) {
+fn masses(body: &LoopBody) -> (Vec<f64>, usize) {
     let axes = body.axes.len();
     match &body.dynamics {
         Dynamics::Mass { mass_kg, .. } => (vec![*mass_kg; axes], axes),
@@ -165,7 +165,7 @@ mod tests {
     use cotouch_scene::time::Schedule;
 
     use crate::dof::motion_quantities;
-    use crate::loop_spec::{Body, Dynamics, LoopSpec, Motion, Plant, SPACE_POINT};
+    use crate::loop_spec::{Dynamics, LoopBody, LoopSpec, Motion, Plant, SPACE_POINT};
     use crate::poles::analyze_loop;
 
     /// Hands of these masses (kg) on springs, coupled to each other, with less damping along one of the axes.
@@ -181,7 +181,7 @@ mod tests {
                 .collect();
             let inertia = glam::DMat3::IDENTITY * masses_kg[place];
             let dynamics = Dynamics::Plant(Plant::endpoint(&inertia, 3, spring(90.0, 1.1)));
-            bodies.push(spec.body(Body { states, axes: SPACE_POINT, dynamics }));
+            bodies.push(spec.body(LoopBody { states, axes: SPACE_POINT, dynamics }));
         }
         for (one, other) in [(0, 1), (1, 0), (1, 2), (2, 1), (2, 0), (0, 2)] {
             spec.pull(bodies[one], Motion::Current(bodies[other]), spring(70.0, 0.3));

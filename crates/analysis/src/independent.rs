@@ -6,7 +6,7 @@
 //! pushes, its free motion would be a double pole at 1 that no direction alone explains, and rounding would split it.
 
 use crate::loop_spec::{
-    AppliedForce, Block, BlockId, BodyId, Coupling, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Block, BlockId, BodyId, Force, ForceGains, Line, LineId, LoopSpec, Motion, Signal, Term,
 };
 use crate::rigid::Ties;
 
@@ -51,7 +51,7 @@ fn mutual(spec: &LoopSpec) -> Vec<Vec<usize>> {
 }
 
 /// Which bodies a coupling reads, directly or by forces that were sent.
-fn note_what_is_read(spec: &LoopSpec, coupling: &Coupling, read: &mut [bool]) {
+fn note_what_is_read(spec: &LoopSpec, coupling: &ForceGains, read: &mut [bool]) {
     for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
         if let Some(body) = spec.body_of(term.motion) {
             read[body.0] = true;
@@ -100,7 +100,7 @@ impl<'a> Part<'a> {
         for action in &self.from.actions {
             let Some(body) = self.bodies[action.body.0] else { continue };
             let force = match &action.force {
-                Force::Coupling(coupling) => Force::Coupling(self.coupling(coupling)),
+                Force::Gains(coupling) => Force::Gains(self.coupling(coupling)),
                 Force::Held(line) => match self.line(*line) {
                     Some(line) => Force::Held(line),
                     None => continue,
@@ -112,8 +112,8 @@ impl<'a> Part<'a> {
     }
 
     /// What belongs to another part stands still.
-    fn coupling(&mut self, coupling: &Coupling) -> Coupling {
-        let mut own = Coupling::new(coupling.components);
+    fn coupling(&mut self, coupling: &ForceGains) -> ForceGains {
+        let mut own = ForceGains::new(coupling.components);
         for term in &coupling.terms {
             if let Some(motion) = self.motion(term.motion) {
                 own.terms.push(Term { motion, ..*term });
@@ -153,7 +153,7 @@ mod tests {
     use cotouch_scene::time::Schedule;
 
     use super::*;
-    use crate::loop_spec::{Body, Dynamics, LINE, Plant};
+    use crate::loop_spec::{Dynamics, LINE, LoopBody, Plant};
     use crate::poles::analyze_loop;
 
     /// A free mass that pulls another one by a spring and feels nothing of it: two poles at 1, which rounding splits where they are
@@ -167,7 +167,7 @@ mod tests {
         let mut mass = |name: &str, kg: f64, to_ground: SpringDamper| {
             let states = ["x", "v"].map(|quantity| format!("{name}.{quantity}").parse().unwrap()).to_vec();
             let dynamics = Dynamics::Plant(Plant::mass(kg, to_ground));
-            spec.body(Body { states, axes: LINE, dynamics })
+            spec.body(LoopBody { states, axes: LINE, dynamics })
         };
         let drives = mass("host1.hand", 0.1, spring(0.0, 0.0));
         let driven = mass("host2.hand", 0.4, spring(150.0, 6.0));

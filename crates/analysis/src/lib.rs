@@ -34,7 +34,7 @@
 //! A mass of 0.1 kg on a sampled spring of 500 N/m, whose damper is what keeps it stable:
 //!
 //! ```
-//! use cotouch_analysis::loop_spec::{Body, Dynamics, LINE, LoopSpec, Motion, Plant};
+//! use cotouch_analysis::loop_spec::{LoopBody, Dynamics, LINE, LoopSpec, Motion, Plant};
 //! use cotouch_analysis::analyze_loop;
 //! use cotouch_scene::{scene::SpringDamper, time::Schedule};
 //! let spring = |stiffness_n_per_m, damping_n_s_per_m| SpringDamper { stiffness_n_per_m, damping_n_s_per_m };
@@ -42,7 +42,7 @@
 //!     let mut spec = LoopSpec::new(Schedule::new("1000".parse().unwrap(), "1000".parse().unwrap()).unwrap());
 //!     let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
 //!     let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
-//!     let hand = spec.body(Body { states, axes: LINE, dynamics });
+//!     let hand = spec.body(LoopBody { states, axes: LINE, dynamics });
 //!     spec.pull(hand, Motion::Ground, spring(500.0, damping));
 //!     analyze_loop(&spec).unwrap()
 //! };

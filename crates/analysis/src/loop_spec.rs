@@ -26,8 +26,8 @@ use crate::dof::motion_quantities;
 
 pub(crate) use block::least_common_multiple;
 pub use block::{Block, Hold};
-pub use body::{Body, Dynamics, Estimate};
-pub use coupling::{BlockId, BodyId, Columns, Coupling, LineId, Motion, Rows, Term};
+pub use body::{Dynamics, Estimate, LoopBody};
+pub use coupling::{BlockId, BodyId, Columns, ForceGains, LineId, Motion, Rows, Term};
 pub use delay::Delay;
 pub(crate) use delay::tick_of_step;
 pub use line::{Line, Signal};
@@ -41,7 +41,7 @@ pub struct LoopSpec {
     /// Which tick does which network step.
     pub schedule: Schedule,
     /// Everything with a state that forces act on.
-    pub bodies: Vec<Body>,
+    pub bodies: Vec<LoopBody>,
     /// The ways of samples between hosts.
     pub lines: Vec<Line>,
     /// What computes at clocks of its own.
@@ -63,7 +63,7 @@ pub struct AppliedForce {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Force {
     /// Evaluated at every tick.
-    Coupling(Coupling),
+    Gains(ForceGains),
     /// The force sample that a line holds.
     Held(LineId),
 }
@@ -76,7 +76,7 @@ impl LoopSpec {
     }
 
     /// Adds a body.
-    pub fn body(&mut self, body: Body) -> BodyId {
+    pub fn body(&mut self, body: LoopBody) -> BodyId {
         self.bodies.push(body);
         BodyId(self.bodies.len() - 1)
     }
@@ -150,7 +150,7 @@ impl LoopSpec {
     /// A spring and a damper along every direction in which `end` moves: the force on `end` is
     /// `k·(x_anchor − x_end) + b·(v_anchor − v_end)`. It turns nothing.
     #[must_use]
-    pub fn spring(&self, end: Motion, anchor: Motion, spring: SpringDamper) -> Coupling {
+    pub fn spring(&self, end: Motion, anchor: Motion, spring: SpringDamper) -> ForceGains {
         let components = self.axes_of(end).len();
         let mut terms = Vec::with_capacity(4 * components);
         let gains = [spring.stiffness_n_per_m, spring.damping_n_s_per_m];
@@ -164,12 +164,12 @@ impl LoopSpec {
                 }
             }
         }
-        Coupling { components, terms }
+        ForceGains { components, terms }
     }
 
     /// Lets a force act on `body`.
-    pub fn act(&mut self, body: BodyId, coupling: Coupling) {
-        self.actions.push(AppliedForce { body, force: Force::Coupling(coupling) });
+    pub fn act(&mut self, body: BodyId, coupling: ForceGains) {
+        self.actions.push(AppliedForce { body, force: Force::Gains(coupling) });
     }
 
     /// Pulls `body` towards `anchor`. Nothing acts on the anchor.
@@ -184,9 +184,9 @@ impl LoopSpec {
     }
 
     /// Every force that something computes.
-    pub(crate) fn couplings(&self) -> impl Iterator<Item = &Coupling> {
+    pub(crate) fn couplings(&self) -> impl Iterator<Item = &ForceGains> {
         let acting = self.actions.iter().filter_map(|action| match &action.force {
-            Force::Coupling(coupling) => Some(coupling),
+            Force::Gains(coupling) => Some(coupling),
             Force::Held(_) => None,
         });
         let sampled = self.lines.iter().filter_map(|line| line.signal.force());
@@ -194,9 +194,9 @@ impl LoopSpec {
     }
 
     /// The force behind an action, computed here or where it was sampled.
-    pub(crate) fn coupling_of<'a>(&'a self, action: &'a AppliedForce) -> Option<&'a Coupling> {
+    pub(crate) fn coupling_of<'a>(&'a self, action: &'a AppliedForce) -> Option<&'a ForceGains> {
         match &action.force {
-            Force::Coupling(coupling) => Some(coupling),
+            Force::Gains(coupling) => Some(coupling),
             Force::Held(line) => self.lines[line.0].signal.force(),
         }
     }

@@ -28,7 +28,7 @@ use cotouch_scene::names::{Coordinate, Part};
 use nalgebra::{DMatrix, DVector};
 
 use crate::lift::layout::Layout;
-use crate::loop_spec::{Coupling, Dof, Force, LoopSpec, Motion, Signal, tick_of_step};
+use crate::loop_spec::{Dof, Force, ForceGains, LoopSpec, Motion, Signal, tick_of_step};
 use coasting::{Coasting, coasting};
 use cotouch_matrix::SingularValues;
 use offsets::{Offsets, is_of_part};
@@ -260,7 +260,7 @@ impl Direction<'_> {
         let (mut stiffness, mut lag_force) = (DMatrix::zeros(size, size), DVector::zeros(size));
         for action in spec.actions.iter().filter(|action| acts(action.body.0)) {
             let coupling = spec.coupling_of(action)?;
-            if matches!(action.force, Force::Coupling(_)) && !self.is_steady(coupling, false) {
+            if matches!(action.force, Force::Gains(_)) && !self.is_steady(coupling, false) {
                 return None;
             }
             let row = offsets.first[action.body.0];
@@ -278,7 +278,7 @@ impl Direction<'_> {
 
     /// Whether, in uniform motion, a force is the same at every tick: no damper to the ground, and ages of samples that
     /// keep their differences.
-    fn is_steady(&self, coupling: &Coupling, at_steps: bool) -> bool {
+    fn is_steady(&self, coupling: &ForceGains, at_steps: bool) -> bool {
         /// Gains that cancel but for rounding.
         const RELATIVE: f64 = 1e-13;
         let mut net = vec![(0.0, 0.0_f64); coupling.components];
@@ -309,7 +309,7 @@ impl Direction<'_> {
     }
 
     /// In uniform motion at equal offsets: what a force is because its motions are of different ages.
-    fn lag_force(&self, coupling: &Coupling) -> DVector<f64> {
+    fn lag_force(&self, coupling: &ForceGains) -> DVector<f64> {
         let period_s = self.spec.schedule.control().period_s();
         let mut force = DVector::zeros(coupling.components);
         let mut first = None;

@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 use cotouch_scene::names::{Coordinate, HostIndex, Part};
 
 use crate::loop_spec::{
-    AppliedForce, Body, BodyId, Coupling, Delay, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, BodyId, Delay, Force, ForceGains, Line, LineId, LoopBody, LoopSpec, Motion, Signal, Term,
 };
 use crate::rigid::translates_only_with;
 
@@ -44,7 +44,7 @@ pub(crate) fn split(spec: &LoopSpec) -> Vec<Share> {
 
 /// One group less: all alike; against each other, and how many times that.
 fn reduce(spec: &LoopSpec) -> Option<(LoopSpec, LoopSpec, usize)> {
-    let turns = |body: &Body| body.axes.iter().any(|axis| axis.turns());
+    let turns = |body: &LoopBody| body.axes.iter().any(|axis| axis.turns());
     if !spec.blocks.is_empty() || spec.bodies.iter().any(turns) {
         return None;
     }
@@ -107,7 +107,7 @@ impl Hosts {
 }
 
 /// The host of all of a body's states.
-fn host_of(body: &Body) -> Option<HostIndex> {
+fn host_of(body: &LoopBody) -> Option<HostIndex> {
     let host = |name: &Coordinate| match *name {
         Coordinate::Own { host, .. } => Some(host),
         _ => None,
@@ -187,7 +187,7 @@ impl Swap {
             let mut lines: Vec<usize> = actions
                 .filter_map(|action| match action.force {
                     Force::Held(line) => Some(line_of(line)),
-                    Force::Coupling(_) => None,
+                    Force::Gains(_) => None,
                 })
                 .collect();
             lines.sort_unstable();
@@ -214,7 +214,7 @@ impl Swap {
 fn terms_on(spec: &LoopSpec, body: usize) -> impl Iterator<Item = &Term> {
     let actions = spec.actions.iter().filter(move |action| action.body.0 == body);
     actions.flat_map(|action| match &action.force {
-        Force::Coupling(coupling) => coupling.terms.as_slice(),
+        Force::Gains(coupling) => coupling.terms.as_slice(),
         Force::Held(_) => &[],
     })
 }
@@ -299,7 +299,7 @@ impl<'a> Reduction<'a> {
             }
             let body = self.bodies[action.body.0]?;
             let force = match &action.force {
-                Force::Coupling(coupling) => Force::Coupling(self.coupling(coupling, host)?),
+                Force::Gains(coupling) => Force::Gains(self.coupling(coupling, host)?),
                 Force::Held(line) if self.from.lines[line.0].host == host => {
                     Force::Held(self.line(&self.from.lines[line.0])?)
                 }
@@ -334,8 +334,8 @@ impl<'a> Reduction<'a> {
     }
 
     /// The force on `host`, or for it.
-    fn coupling(&mut self, coupling: &Coupling, host: HostIndex) -> Option<Coupling> {
-        let mut reduced = Coupling::new(coupling.components);
+    fn coupling(&mut self, coupling: &ForceGains, host: HostIndex) -> Option<ForceGains> {
+        let mut reduced = ForceGains::new(coupling.components);
         for term in &coupling.terms {
             let Some(body) = self.from.body_of(term.motion) else { continue };
             let Some(sign) = self.sign(host, self.hosts.of_body[body.0]) else { continue };

@@ -15,7 +15,7 @@ use nalgebra::{Complex, DMatrix};
 
 use crate::balance::Balance;
 use crate::discretise::per_inertia;
-use crate::loop_spec::{Body, Dynamics, LoopSpec, Plant};
+use crate::loop_spec::{Dynamics, LoopBody, LoopSpec, Plant};
 use crate::verdict::NEUTRAL;
 use cotouch_matrix::eigenvalues;
 
@@ -83,7 +83,7 @@ fn accelerations(spec: &LoopSpec) -> Option<DMatrix<f64>> {
 }
 
 /// The accelerations of one body, from the laws of rest, of which the body's begin with row `first`.
-fn of_body(body: &Body, per_displacement: &DMatrix<f64>, first: usize) -> Option<DMatrix<f64>> {
+fn of_body(body: &LoopBody, per_displacement: &DMatrix<f64>, first: usize) -> Option<DMatrix<f64>> {
     let degrees = body.axes.len();
     let rows = |from: usize| per_displacement.rows(from, degrees);
     match &body.dynamics {

@@ -1,6 +1,6 @@
 //! Eigenvalues, eigenvectors, singular values and triangular factors of dense matrices, in the types of nalgebra.
 //!
-//! What is behind it is faer, and for small matrices an iteration of our own. It is a crate by itself because a library that is
+//! What is behind it is faer, and for eigenvalues an iteration of our own, which ends. It is a crate by itself because a library that is
 //! generic in its numbers is compiled anew wherever it is used: here once.
 
 mod eigenvalues;

@@ -75,7 +75,7 @@ pub use failures::Failures;
 pub use faults::{DeviceFaults, FaultText};
 pub use force_off::switch_off_all_forces;
 pub use joining::full_session_endpoint;
-pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path};
+pub use live::{ChangeError, Changed, LiveSession, Starter, numbered_path, plain_name};
 pub use network_threads::{HapticPort, Inbound, NetworkThreads, Outbound};
 pub use observer::{
     Diverged, Divergence, LiveVerdict, Observer, Rendered, RunVerdict, SettingsVerdict, Shaking,

@@ -77,12 +77,15 @@ impl LiveSession {
         let handle = real_time::run_local(scene, &options)?;
         let limits = Some(handle.limits());
         let ends_at = options.duration_s.map(|duration_s| began.plus_ns((duration_s * 1e9) as i64));
+        let first_name = scene.name.clone();
         let starter = move |scene: &Scene, generation: u32| {
+            let recording_of =
+                |first: &PathBuf| numbered_path(&renamed_path(first, &first_name, &scene.name), generation);
             let gone_s = clock::now().since(began) as f64 * 1e-9;
             let impairment = &scene.link.impairment;
             let options = RealTimeOptions {
                 duration_s: options.duration_s.map(|duration_s| (duration_s - gone_s).max(SHORTEST_S)),
-                recording: options.recording.as_deref().map(|path| numbered_path(path, generation)),
+                recording: options.recording.as_ref().map(recording_of),
                 impairment: (*impairment != Impairment::NONE).then(|| impairment.clone()),
                 devices: options.devices.clone(),
                 limits,
@@ -328,6 +331,21 @@ impl LiveSession {
 fn realisable(scene: &Scene) -> (Scene, Option<String>) {
     let (scene, note) = real_time::realisable(scene);
     (scene.edit(|scene| scene.link.ways.clear()).expect("a scene needs no ways"), note)
+}
+
+/// A scene's name as a part of a file's name: it may hold anything printable, and a file's must not leave its folder.
+#[must_use]
+pub fn plain_name(scene: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
+    scene.chars().map(|c| if is_plain(c) { c } else { '-' }).collect()
+}
+
+/// `path` with the name of another scene where its file's name begins with `from`'s.
+fn renamed_path(path: &Path, from: &str, to: &str) -> PathBuf {
+    let name = path.file_name().and_then(|name| name.to_str());
+    let rest = name.and_then(|name| name.strip_prefix(&plain_name(from)));
+    let rest = rest.filter(|rest| !rest.starts_with(|c: char| c.is_ascii_alphanumeric()));
+    rest.map_or_else(|| path.to_owned(), |rest| path.with_file_name(plain_name(to) + rest))
 }
 
 /// Where the recording of a session goes: the first one to `path`, later ones to `NAME-2.mcap` and so on beside it.

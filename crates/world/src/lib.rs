@@ -56,4 +56,4 @@ pub use linear_block::LinearBlock;
 pub use probe::Probe;
 pub use proxy::{MeshSurface, ProxyState, SurfaceError, SurfacePoint};
 pub use rigid::{BodyState, Freedom, Inertia, Stepper};
-pub use shape::Surface;
+pub use shape::{Surface, corners};

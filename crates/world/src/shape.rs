@@ -149,6 +149,17 @@ impl Surface {
     }
 }
 
+/// The spheres that stand for a scene's shape where it meets other surfaces, as [`Surface::corners`] has them of
+/// [`Surface::planar`] (`planar`) or of [`Surface::new`], m; none where it has no surface. Nothing but these is made, which of a
+/// large mesh takes far less time.
+#[must_use]
+pub fn corners(shape: &Shape, planar: bool) -> Corners {
+    // A mesh has the corners of its hull.
+    let kind = if shape.kind == ShapeKind::Mesh { ShapeKind::Hull } else { shape.kind };
+    let shape = Shape { kind, ..shape.clone() };
+    if planar { Surface::planar(&shape).corners } else { Surface::new(&shape).corners }
+}
+
 /// What a shape is to be asked as.
 fn solid(shape: &Shape) -> SolidShape {
     let of_mesh = || {

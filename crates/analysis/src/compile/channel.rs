@@ -11,7 +11,7 @@ use glam::DQuat;
 use nalgebra::DMatrix;
 
 use crate::contact::{ChannelGains, couple_copies};
-use crate::loop_spec::{Block, BlockId, BodyId, Coupling, Delay, Dof, LineId, LoopSpec, Motion, Term};
+use crate::loop_spec::{Block, BlockId, BodyId, Delay, Dof, ForceGains, LineId, LoopSpec, Motion, Term};
 
 /// The end of a channel at `host`, for translation or for rotation of one body.
 #[derive(Clone, Copy)]
@@ -49,7 +49,7 @@ impl ChannelEnd {
         outputs.0.rows_mut(0, 1).copy_from(&c);
         outputs.0.view_mut((1, 0), (states, states)).fill_with_identity();
         outputs.1.rows_mut(0, 1).copy_from(&d);
-        let mut input = Coupling::new(inputs * self.components().len());
+        let mut input = ForceGains::new(inputs * self.components().len());
         for number in TickInput::ALL {
             self.add_motion(&mut input, number as usize, Motion::Held(self.far), number);
         }
@@ -64,7 +64,7 @@ impl ChannelEnd {
         let first = scheme.size().tick_memory;
         let (states, inputs) = block.b.shape();
         let degrees = self.components().len();
-        let mut input = Coupling::new(inputs * degrees);
+        let mut input = ForceGains::new(inputs * degrees);
         let own = [TickInput::OwnPosition, TickInput::OwnVelocity];
         for (number, read) in [StepInput::OwnPosition, StepInput::OwnVelocity].into_iter().zip(own) {
             self.add_motion(&mut input, number as usize, Motion::Current(self.near), read);
@@ -79,8 +79,8 @@ impl ChannelEnd {
     }
 
     /// The force that the channel's block puts out, on the body.
-    pub(super) fn force(&self, block: BlockId, weight: f64) -> Coupling {
-        let mut force = Coupling::new(self.axes.len());
+    pub(super) fn force(&self, block: BlockId, weight: f64) -> ForceGains {
+        let mut force = ForceGains::new(self.axes.len());
         let terms = self.components().enumerate();
         force.terms.extend(terms.map(|(number, component)| Term {
             component,
@@ -92,10 +92,10 @@ impl ChannelEnd {
     }
 
     /// One of the vectors that its step block puts out, along the world's axes.
-    pub(super) fn sent(&self, block: BlockId, vector: usize) -> Coupling {
+    pub(super) fn sent(&self, block: BlockId, vector: usize) -> ForceGains {
         let degrees = self.components();
         let axis = |component: usize| self.axes[component].axis().index();
-        let mut sent = Coupling::new(degrees.clone().map(axis).max().map_or(1, |last| last + 1));
+        let mut sent = ForceGains::new(degrees.clone().map(axis).max().map_or(1, |last| last + 1));
         let terms = degrees.clone().enumerate().map(|(place, component)| Term {
             component: axis(component),
             motion: Motion::Output(block),
@@ -124,13 +124,13 @@ impl ChannelEnd {
     }
 
     /// Adds one number of the motions, of which the scheme knows four, to the input at `place`.
-    fn add_motion(&self, input: &mut Coupling, place: usize, far: Motion, number: TickInput) {
+    fn add_motion(&self, input: &mut ForceGains, place: usize, far: Motion, number: TickInput) {
         let [apart, apart_velocity, own, own_velocity] =
             TickInput::ALL.map(|at| f64::from(u8::from(number == at)));
         let gains = ChannelGains { apart: [apart, apart_velocity], own: [own, own_velocity] };
         let none = ChannelGains::default();
         let gains = if self.turns { [none, gains] } else { [gains, none] };
-        let mut force = Coupling::new(self.axes.len());
+        let mut force = ForceGains::new(self.axes.len());
         couple_copies(&mut force, (Motion::Current(self.near), self.axes), far, gains, self.turned);
         let degrees = self.components();
         let first = place * degrees.len();
@@ -139,7 +139,7 @@ impl ChannelEnd {
     }
 
     /// Adds a received vector to the input of the block of ticks.
-    pub(super) fn receive(&self, input: &mut Coupling, vector: usize, line: LineId) {
+    pub(super) fn receive(&self, input: &mut ForceGains, vector: usize, line: LineId) {
         let degrees = self.axes[self.components()].iter().enumerate();
         let first = (TickInput::ALL.len() + vector) * self.components().len();
         input.terms.extend(degrees.map(|(degree, dof)| Term {

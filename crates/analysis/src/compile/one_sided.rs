@@ -9,7 +9,7 @@ use glam::{DMat3, DVec3};
 
 use super::session::{SessionLoop, point_axes};
 use crate::contact::cross;
-use crate::loop_spec::{BodyId, Columns, Coupling, Dof, LineId, LoopSpec, Motion, Rows};
+use crate::loop_spec::{BodyId, Columns, Dof, ForceGains, LineId, LoopSpec, Motion, Rows};
 use crate::operating_point::{CornerContact, FingerContact, OperatingPoint, gains};
 
 /// A session linearised about an operating point whose contacts open and close, one-sidedly and with friction.
@@ -30,7 +30,7 @@ pub(crate) struct OneSidedLoop {
 pub(crate) struct OneSidedContact {
     /// Where the sphere's centre is relative to the surface's point at the same place (m), then how fast (m/s), along the
     /// axes in which points move.
-    pub(crate) motion: Coupling,
+    pub(crate) motion: ForceGains,
     /// What the force on the sphere does.
     pub(crate) effects: Vec<Effect>,
     /// Outward, world, of length 1.
@@ -125,7 +125,7 @@ fn returned(session: &mut SessionLoop, server: HostIndex, client: HostIndex, fin
     match session.spec.lines.iter().position(is_it) {
         Some(line) => LineId(line),
         None => {
-            let nothing = Coupling::new(point_axes(session.scene.space).len());
+            let nothing = ForceGains::new(point_axes(session.scene.space).len());
             session.send_force(server, client, usize::from(finger), nothing)
         }
     }
@@ -167,13 +167,13 @@ fn law(scene: &SceneValues, springs: [SpringDamper; 2], friction: [f64; 2]) -> C
 
 /// Where a point is and how fast, as what bodies do adds up.
 struct RelativeMotion {
-    coupling: Coupling,
+    coupling: ForceGains,
     axes: &'static [Dof],
 }
 
 impl RelativeMotion {
     fn new(axes: &'static [Dof]) -> Self {
-        Self { coupling: Coupling::new(2 * axes.len()), axes }
+        Self { coupling: ForceGains::new(2 * axes.len()), axes }
     }
 
     /// `sign` times the motion of a body's point at `arm` from its centre (m).

@@ -14,8 +14,8 @@ use super::channel::ChannelEnd;
 use crate::contact::{ChannelGains, Gains, Geometry, LinearForce, couple_copies, tie_to_ground};
 use crate::dof::motion_quantities;
 use crate::loop_spec::{
-    Body, BodyId, Coupling, Delay, Dof, Dynamics, Estimate, LINE, Line, LineId, LoopSpec, Motion, PLANE_BODY,
-    PLANE_POINT, Plant, SPACE_BODY, SPACE_POINT, Signal,
+    BodyId, Delay, Dof, Dynamics, Estimate, ForceGains, LINE, Line, LineId, LoopBody, LoopSpec, Motion,
+    PLANE_BODY, PLANE_POINT, Plant, SPACE_BODY, SPACE_POINT, Signal,
 };
 use crate::operating_point::{
     CornerContact, FingerContact, OperatingPoint, gains, has_surface, hosts_with_copies,
@@ -142,7 +142,7 @@ impl<'a> SessionLoop<'a> {
                 Dynamics::Sensed { plant, estimate: Estimate::Filtered { cutoff_rad_per_s } }
             }
         };
-        let hand = self.spec.body(Body { states, axes, dynamics });
+        let hand = self.spec.body(LoopBody { states, axes, dynamics });
         self.spec.pull(hand, Motion::Ground, impedance.rendered);
         hand
     }
@@ -163,14 +163,14 @@ impl<'a> SessionLoop<'a> {
             Dynamics::Mass { mass_kg, integrator }
         };
         let states = names(host, Part::Object(index as u8), axes);
-        let copy = self.spec.body(Body { states, axes, dynamics });
-        let mut to_ground = Coupling::new(axes.len());
+        let copy = self.spec.body(LoopBody { states, axes, dynamics });
+        let mut to_ground = ForceGains::new(axes.len());
         tie_to_ground(&mut to_ground, (Motion::Current(copy), axes), &scene.object.to_ground());
         self.act(copy, to_ground);
         Some(copy)
     }
 
-    fn act(&mut self, body: BodyId, force: Coupling) {
+    fn act(&mut self, body: BodyId, force: ForceGains) {
         if !force.terms.is_empty() {
             self.spec.act(body, force);
         }
@@ -193,13 +193,13 @@ impl<'a> SessionLoop<'a> {
                 } else {
                     Motion::Held(self.held(host, user, Part::Hand(finger as u8), hand))
                 };
-                let mut on_finger = Coupling::new(axes.len());
+                let mut on_finger = ForceGains::new(axes.len());
                 for touch in touches {
                     let copy = self.copies[host.index()][touch.body];
                     let body = copy.map(|copy| (Motion::Current(copy), self.spec.bodies[copy.0].axes));
                     touch.law.on_point(&mut on_finger, axes, (motion, axes), body);
                     if let (Some(copy), Some(body)) = (copy, body) {
-                        let mut on_body = Coupling::new(body.1.len());
+                        let mut on_body = ForceGains::new(body.1.len());
                         touch.law.on_body(&mut on_body, body.1, (motion, axes), body);
                         self.act(copy, on_body);
                     }
@@ -255,7 +255,7 @@ impl<'a> SessionLoop<'a> {
         server: HostIndex,
         client: HostIndex,
         finger: usize,
-        force: Coupling,
+        force: ForceGains,
     ) -> LineId {
         let line = self.spec.line(Line {
             host: client,
@@ -291,7 +291,7 @@ impl<'a> SessionLoop<'a> {
             let arm = point.poses[host.index()][index].orientation * corner;
             let law = LinearForce::contact(&gains, &flat, DQuat::IDENTITY, arm, force);
             let axes = self.spec.bodies[copy.0].axes;
-            let mut on_body = Coupling::new(axes.len());
+            let mut on_body = ForceGains::new(axes.len());
             law.on_own_point(&mut on_body, axes, (Motion::Current(copy), axes));
             self.act(copy, on_body);
         }
@@ -304,7 +304,7 @@ impl<'a> SessionLoop<'a> {
         for from in host.others(self.scene.session.users) {
             for body in 0..self.bodies.len() {
                 let Some(end) = self.channel_end(host, from, body) else { continue };
-                let mut force = Coupling::new(end.axes.len());
+                let mut force = ForceGains::new(end.axes.len());
                 couple_copies(
                     &mut force,
                     (Motion::Current(end.near), end.axes),

@@ -7,7 +7,7 @@ use nalgebra::Complex;
 use super::hands::{Hand, held};
 use crate::compile::compile_at;
 use crate::independent::parts;
-use crate::loop_spec::{Body, LoopSpec};
+use crate::loop_spec::{LoopBody, LoopSpec};
 use crate::operating_point::{Arrangement, Reach};
 use crate::poles::judge;
 use crate::verdict::{AnalysisError, is_stable};
@@ -76,7 +76,7 @@ pub(super) struct Movers {
 impl Movers {
     fn of(spec: &LoopSpec) -> Self {
         let mut movers = Self::default();
-        for Body { states, .. } in &spec.bodies {
+        for LoopBody { states, .. } in &spec.bodies {
             match states.first() {
                 Some(&Coordinate::Own { host, part: Part::Hand(finger), .. }) => {
                     movers.hands.push((host, finger))

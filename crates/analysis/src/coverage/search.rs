@@ -18,7 +18,7 @@ use crate::verdict::AnalysisError;
 const MAX_ROUNDS: usize = 3;
 /// What counts as nearer.
 const NEARER: f64 = 1e-9;
-/// A body against a wall is turned by such parts of a full turn.
+/// A body against a wall is turned by such parts of a full turn; a hull or a mesh also onto its faces.
 const TURNS: i32 = 8;
 
 /// What is searched, and how much of it at most.
@@ -134,7 +134,7 @@ impl Search<'_> {
             Space::Plane => &[DVec3::Z][..],
             Space::Space => &DVec3::AXES[..],
         };
-        let turns = about.iter().flat_map(|&axis| {
+        let parts = about.iter().flat_map(|&axis| {
             (0..TURNS).map(move |eighths| {
                 DQuat::from_axis_angle(axis, std::f64::consts::TAU * f64::from(eighths) / f64::from(TURNS))
             })
@@ -149,7 +149,9 @@ impl Search<'_> {
             }
             Some(other)
         };
-        turns.filter_map(other).collect()
+        let leans = at.arrangement.leans.iter();
+        let onto_faces = leans.flat_map(|(lean, _)| self.reach.turns_onto_faces(self.scene, body, lean.wall));
+        parts.chain(onto_faces).filter_map(other).collect()
     }
 
     fn places(&self, at: &Candidate, finger: usize) -> Vec<Candidate> {

@@ -196,3 +196,53 @@ fn copies_on_a_line_are_touched_from_the_ends_of_their_row() {
     assert!(!can_be([&[0, 1], &[1, 2], &[0, 2]]), "anna's says that the last copy is farthest to the right");
     assert!(can_be([&[0, 1], &[2], &[0]]) && !can_be([&[0, 1], &[0], &[0]]));
 }
+
+/// A block in a plane whose right side is slanted, beside a wall to its right.
+fn wedge_beside_a_wall() -> Scene {
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/../cotouch/tests/meshes/wedge.obj");
+    parse(&format!(
+        r#"
+space = "plane"
+[session]
+architecture = "distributed"
+users = 2
+[object]
+mass_kg = 0.3
+shape = "mesh"
+mesh = "{mesh}"
+[wall]
+stiffness_n_per_m = 500
+damping_n_s_per_m = 5
+[[wall.plane]]
+name = "right"
+point_m = [0.08, 0, 0]
+normal = [-1, 0, 0]
+[[user]]
+name = "me"
+[[user.finger]]
+position_m = [-0.07, 0, 0]
+[[user]]
+name = "you"
+[[user.finger]]
+position_m = [0, -0.06, 0]
+"#
+    ))
+}
+
+#[test]
+fn a_mesh_lies_against_a_wall_on_a_corner_or_on_any_of_its_sides() {
+    let scene = wedge_beside_a_wall();
+    let reach = Reach::of(&scene);
+    let corners = |turned| reach.leans_turned(&scene, 0, turned)[0].corners.len();
+    assert_eq!(corners(glam::DQuat::IDENTITY), 1, "the lower end of the slanted side");
+    let turns = reach.turns_onto_faces(&scene, 0, 0);
+    assert_eq!(turns.iter().map(|&turned| corners(turned)).collect::<Vec<_>>(), [2; 4]);
+}
+
+#[test]
+fn contacts_of_a_mesh_with_a_wall_are_analysed() {
+    let covered = cover(&wedge_beside_a_wall()).unwrap();
+    let at_wall = |mode: &&crate::ModeStability| mode.contacts.iter().any(|name| name.starts_with("right"));
+    assert!(covered.modes.iter().any(|mode| at_wall(&mode)));
+    assert!(covered.left_out.iter().all(|gap| !gap.what.contains("wall")), "{:?}", covered.left_out);
+}

@@ -10,7 +10,7 @@ use super::time::Time;
 use crate::check::{SpecError, check};
 use crate::discretise::BodyStep;
 use crate::loop_spec::{
-    self, Body, Coupling, Delay, Dynamics, Force, Hold, Line, LoopSpec, Motion, Signal, tick_of_step,
+    self, Delay, Dynamics, Force, ForceGains, Hold, Line, LoopBody, LoopSpec, Motion, Signal, tick_of_step,
 };
 use crate::plant::Plant;
 
@@ -81,7 +81,7 @@ impl<'a> Lowering<'a> {
     }
 
     /// Adds a body; gives what the force acts on.
-    fn body(&mut self, index: usize, body: &Body) -> DiagramBlockId {
+    fn body(&mut self, index: usize, body: &LoopBody) -> DiagramBlockId {
         let name = format!("body {index}");
         let named = |element: Element, states: &[_]| DiagramBlock {
             states: states.iter().map(ToString::to_string).collect(),
@@ -228,13 +228,13 @@ impl<'a> Lowering<'a> {
         for action in &spec.actions {
             let force = self.forces[action.body.0];
             match &action.force {
-                Force::Coupling(coupling) => self.wire_coupling(coupling, force),
+                Force::Gains(coupling) => self.wire_coupling(coupling, force),
                 Force::Held(line) => self.diagram.connect(self.lines[line.0], force),
             }
         }
     }
 
-    fn wire_coupling(&mut self, coupling: &Coupling, to: DiagramBlockId) {
+    fn wire_coupling(&mut self, coupling: &ForceGains, to: DiagramBlockId) {
         let mut sources: Vec<(DiagramBlockId, DMatrix<f64>)> = Vec::new();
         for term in &coupling.terms {
             let of_term = match term.motion {

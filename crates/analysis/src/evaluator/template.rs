@@ -312,7 +312,7 @@ fn numbers(spec: &mut LoopSpec) -> Vec<&mut f64> {
         }
     }
     for action in &mut spec.actions {
-        if let Force::Coupling(coupling) = &mut action.force {
+        if let Force::Gains(coupling) = &mut action.force {
             numbers.extend(coupling.terms.iter_mut().map(|term| &mut term.gain));
         }
     }

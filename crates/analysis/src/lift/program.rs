@@ -3,7 +3,7 @@
 use cotouch_world::LinearBlock;
 
 use crate::discretise::BodyStep;
-use crate::loop_spec::{Body, BodyId, Coupling, Force, Hold, LineId, LoopSpec, Motion, Signal};
+use crate::loop_spec::{BodyId, Force, ForceGains, Hold, LineId, LoopBody, LoopSpec, Motion, Signal};
 
 use super::layout::Layout;
 use super::rows::Rows;
@@ -124,7 +124,7 @@ impl Program {
     }
 
     /// Also with what is read at every tick for forces from outside the loop: each component of `observed`, in order.
-    pub(crate) fn observing(spec: &LoopSpec, layout: &Layout, observed: &[Coupling]) -> Self {
+    pub(crate) fn observing(spec: &LoopSpec, layout: &Layout, observed: &[ForceGains]) -> Self {
         let mut program = Self {
             timetable: Timetable::default(),
             ways: Vec::new(),
@@ -241,7 +241,7 @@ impl Program {
         let mut force = 0;
         for (index, body) in spec.bodies.iter().enumerate() {
             // Users mostly have equal hands: each kind of body is discretised once.
-            let is_same = |other: &Body| other.dynamics == body.dynamics && other.axes == body.axes;
+            let is_same = |other: &LoopBody| other.dynamics == body.dynamics && other.axes == body.axes;
             let known = spec.bodies[..index].iter().position(is_same);
             let step = known.map_or_else(
                 || {
@@ -261,7 +261,7 @@ impl Program {
             let first = self.bodies[action.body.0].force;
             let sums = &mut forces[first..first + spec.bodies[action.body.0].axes.len()];
             match &action.force {
-                Force::Coupling(coupling) => self.add_coupling(sums, spec, layout, coupling),
+                Force::Gains(coupling) => self.add_coupling(sums, spec, layout, coupling),
                 Force::Held(line) => {
                     for (component, sum) in sums.iter_mut().enumerate() {
                         let row = self.held_line(spec, layout, line.0, component);
@@ -320,7 +320,7 @@ impl Program {
         self.rings.push(Ring { numbers, length: kept as usize + 1, first, place, steps });
     }
 
-    fn add_coupling(&mut self, sums: &mut [Sum], spec: &LoopSpec, layout: &Layout, coupling: &Coupling) {
+    fn add_coupling(&mut self, sums: &mut [Sum], spec: &LoopSpec, layout: &Layout, coupling: &ForceGains) {
         for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
             let sum = &mut sums[term.component];
             match term.motion {

@@ -15,7 +15,7 @@ use super::error::LocalModelError;
 use super::gains::PiLocalModel;
 use super::simulation_loop::SimulationLoop;
 use crate::loop_spec::{
-    Block, BlockId, Body, BodyId, Coupling, Delay, Dynamics, Hold, LINE, LoopSpec, Motion, Term,
+    Block, BlockId, BodyId, Delay, Dynamics, ForceGains, Hold, LINE, LoopBody, LoopSpec, Motion, Term,
 };
 use crate::plant::Plant;
 use cotouch_matrix::{eigenvalues, spectral_radius};
@@ -105,7 +105,7 @@ pub fn hand_spectral_radius(
 }
 
 impl HandImpedance {
-    fn body(self) -> Result<Body, LocalModelError> {
+    fn body(self) -> Result<LoopBody, LocalModelError> {
         let Self { mass_kg, damping_n_s_per_m, stiffness_n_per_m } = self;
         for (what, allowed, found, is_allowed) in [
             ("the hand's mass, kg,", "above 0", mass_kg, mass_kg > 0.0),
@@ -119,14 +119,14 @@ impl HandImpedance {
         let own = |quantity| Coordinate::Own { host: HostIndex::FIRST, part: Part::HAND, quantity };
         let plant = Plant::mass(mass_kg, SpringDamper { stiffness_n_per_m, damping_n_s_per_m });
         let states = vec![own(Quantity::Position(Axis::X)), own(Quantity::Velocity(Axis::X))];
-        Ok(Body { states, axes: LINE, dynamics: Dynamics::Plant(plant) })
+        Ok(LoopBody { states, axes: LINE, dynamics: Dynamics::Plant(plant) })
     }
 }
 
 /// `gain·e`.
-fn error(gain: f64) -> Coupling {
+fn error(gain: f64) -> ForceGains {
     let terms = vec![term(Motion::Current(HAND), gain), term(Motion::Output(SURFACE), -gain)];
-    Coupling { components: 1, terms }
+    ForceGains { components: 1, terms }
 }
 
 const fn term(motion: Motion, gain: f64) -> Term {

@@ -4,7 +4,7 @@ use cotouch_scene::names::Coordinate;
 use cotouch_scene::time::Schedule;
 use cotouch_world::LinearBlock;
 
-use super::coupling::Coupling;
+use super::coupling::ForceGains;
 use super::delay::Delay;
 
 /// A sampled linear system with a clock of its own: a filter, a local model, a slowly simulated body.
@@ -21,7 +21,7 @@ pub struct Block {
     /// Which tick does which step.
     pub clock: Schedule,
     /// u: evaluated at the ticks at which it is gathered.
-    pub input: Coupling,
+    pub input: ForceGains,
     /// For step j, at `j mod` their number: w, one element a tick from the step's own on. None reaches the next step.
     /// A phase is written as weights that begin with zeros.
     pub weights: Vec<Vec<f64>>,
@@ -45,7 +45,7 @@ pub enum Hold {
 impl Block {
     /// A block whose input is sampled once a step.
     #[must_use]
-    pub fn sampled(clock: Schedule, input: Coupling, law: LinearBlock, delay: Delay) -> Self {
+    pub fn sampled(clock: Schedule, input: ForceGains, law: LinearBlock, delay: Delay) -> Self {
         let (states, outputs, weights) = (Vec::new(), Vec::new(), vec![vec![1.0]]);
         Self { states, outputs, clock, input, weights, law, delay, hold: Hold::Zero }
     }

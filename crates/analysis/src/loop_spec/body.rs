@@ -9,7 +9,7 @@ use crate::plant::Plant;
 
 /// Something that a force moves, with a position and a velocity.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Body {
+pub struct LoopBody {
     /// The names of its states, in the order of its vectors.
     pub states: Vec<Coordinate>,
     /// How it can move: d degrees of freedom. [`Dof::Move`] comes before [`Dof::Turn`].

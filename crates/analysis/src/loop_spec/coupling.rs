@@ -34,7 +34,7 @@ pub enum Motion {
 /// A spring and a damper are the special case of [`LoopSpec::spring`](super::LoopSpec::spring); preload adds terms that are neither symmetric nor
 /// relative.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Coupling {
+pub struct ForceGains {
     /// Components of the force.
     pub components: usize,
     /// Their elements.
@@ -55,7 +55,7 @@ pub struct Term {
     pub gain: f64,
 }
 
-impl Coupling {
+impl ForceGains {
     /// A force with this many components and no terms yet.
     #[must_use]
     pub const fn new(components: usize) -> Self {

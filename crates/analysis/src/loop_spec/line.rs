@@ -2,7 +2,7 @@
 
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 
-use super::coupling::{BodyId, Coupling};
+use super::coupling::{BodyId, ForceGains};
 use super::delay::Delay;
 
 /// Samples of one signal on their way from one host to another, taken at network steps and held until the next one
@@ -37,7 +37,7 @@ pub enum Signal {
     /// Positions of a body.
     Position(BodyId),
     /// A force, computed where it is sampled; its components lie along the world's axes x, y, z.
-    Force(Coupling),
+    Force(ForceGains),
 }
 
 impl Signal {
@@ -52,7 +52,7 @@ impl Signal {
 
     /// The force that is sampled.
     #[must_use]
-    pub const fn force(&self) -> Option<&Coupling> {
+    pub const fn force(&self) -> Option<&ForceGains> {
         match self {
             Self::Force(coupling) => Some(coupling),
             Self::Motion(_) | Self::Position(_) => None,

@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use crate::compile::compile;
 use crate::evaluator::Evaluator;
 use crate::gains::{Gain, acting_gains};
-use crate::loop_spec::{Coupling, Dynamics, Force, LoopSpec, Motion, Signal};
+use crate::loop_spec::{Dynamics, Force, ForceGains, LoopSpec, Motion, Signal};
 use crate::sweep::{Sweep, SweepError};
 use cotouch_matrix::{eigenvalues, spectral_radius};
 
@@ -213,7 +213,7 @@ fn without_springs(mut spec: LoopSpec) -> LoopSpec {
     let axes: Vec<usize> = spec.bodies.iter().map(|body| body.axes.len()).collect();
     let lines: Vec<Option<usize>> =
         spec.lines.iter().map(|line| line.signal.body().map(|body| axes[body.0])).collect();
-    let strip = |coupling: &mut Coupling| {
+    let strip = |coupling: &mut ForceGains| {
         coupling.terms.retain(|term| {
             let positions = match term.motion {
                 Motion::Ground | Motion::Output(_) => None,
@@ -231,7 +231,7 @@ fn without_springs(mut spec: LoopSpec) -> LoopSpec {
         }
     }
     for action in &mut spec.actions {
-        if let Force::Coupling(coupling) = &mut action.force {
+        if let Force::Gains(coupling) = &mut action.force {
             strip(coupling);
         }
     }

@@ -241,53 +241,47 @@ fn nearest_of_triangle([a, b, c]: [DVec3; 3], from: DVec3) -> DVec3 {
     nearest
 }
 
-/// The radius of the spheres that stand for a box's corners, as a share of its shortest edge.
-const CORNER_RADIUS: f64 = 0.1;
-
-/// Centres (body frame, m) and radii (m) of the spheres that stand for a body where it meets a wall. `None` for shapes
-/// whose corners are not analysed.
-fn corners(shape: &Shape, space: Space) -> Option<Vec<(DVec3, f64)>> {
-    match shape.kind {
-        ShapeKind::Box => {
-            let planar = space == Space::Plane;
-            let size = shape.size_m;
-            let radius_m = CORNER_RADIUS * if planar { size.x.min(size.y) } else { size.min_element() };
-            let mut inset = size * 0.5 - DVec3::splat(radius_m);
-            let count = if planar { 4 } else { 8 };
-            if planar {
-                inset.z = 0.0;
-            }
-            let sign = |bit: u32| if bit == 0 { -1.0 } else { 1.0 };
-            let corner = |i: u32| inset * DVec3::new(sign(i & 1), sign(i & 2), sign(i & 4));
-            Some((0..count).map(|i| (corner(i), radius_m)).collect())
-        }
-        ShapeKind::Ball => Some(vec![(DVec3::ZERO, shape.radius_m)]),
-        ShapeKind::Capsule => {
-            let end = DVec3::Y * (0.5 * shape.length_m);
-            Some(vec![(-end, shape.radius_m), (end, shape.radius_m)])
-        }
-        ShapeKind::Point => Some(vec![(DVec3::ZERO, 0.0)]),
-        ShapeKind::Hull | ShapeKind::Mesh => None,
+/// Centres (body frame, m) and radii (m) of the spheres that stand for a body where it meets a wall: those of a running session;
+/// of a body without a surface its centre.
+fn corners(shape: &Shape, space: Space) -> Vec<(DVec3, f64)> {
+    if !has_surface(shape) {
+        return vec![(DVec3::ZERO, 0.0)];
     }
+    let spheres = cotouch_world::corners(shape, space == Space::Plane);
+    spheres.iter().map(|corner| (corner.centre, corner.radius_m)).collect()
 }
 
+/// Faces of one body that are laid on a wall.
+const MAX_FACES: usize = 12;
+/// Unit vectors nearer to each other than this point in one direction.
+const SAME_DIRECTION: f64 = 1e-6;
+
 /// The corners with which a body at `pose` lies against a wall when it is moved up to it: those nearest to the wall, m.
-pub(super) fn corners_at_wall(
-    body: &Body,
-    pose: &Pose,
-    wall: &WallPlane,
-    space: Space,
-) -> Option<Vec<DVec3>> {
+pub(super) fn corners_at_wall(body: &Body, pose: &Pose, wall: &WallPlane, space: Space) -> Vec<DVec3> {
     const SAME_HEIGHT_M: f64 = 1e-6;
     let normal = wall.normal.normalize();
-    let corners = corners(&body.shape, space)?;
+    let corners = corners(&body.shape, space);
     let height = |&(centre, radius_m): &(DVec3, f64)| pose.to_world(centre).dot(normal) - radius_m;
     let least = corners.iter().map(height).fold(f64::INFINITY, f64::min);
-    Some(
-        corners
-            .iter()
-            .filter(|corner| height(corner) <= least + SAME_HEIGHT_M)
-            .map(|corner| corner.0)
-            .collect(),
-    )
+    let nearest = corners.iter().filter(|corner| height(corner) <= least + SAME_HEIGHT_M);
+    nearest.map(|corner| corner.0).collect()
+}
+
+/// Outward normals (body frame) of the flat faces on which a body can lie, largest first, at most [`MAX_FACES`]: of a hull's or a
+/// mesh's triangles, each direction once. Of other shapes none: they are turned onto their faces by parts of a full turn.
+pub(super) fn face_normals(shape: &Shape, space: Space) -> Vec<DVec3> {
+    let Some(mesh) = shape.surface.as_ref().filter(|_| space != Space::Line) else { return Vec::new() };
+    let corner = |index: u32| mesh.vertices[index as usize];
+    let doubled_area = |&[a, b, c]: &[u32; 3]| (corner(b) - corner(a)).cross(corner(c) - corner(a));
+    let mut faces: Vec<DVec3> = mesh.triangles.iter().map(doubled_area).collect();
+    faces.sort_by(|one, other| other.length_squared().total_cmp(&one.length_squared()));
+    let mut normals: Vec<DVec3> = Vec::new();
+    for normal in faces.into_iter().filter_map(DVec3::try_normalize) {
+        let lies_in_space = space == Space::Space || normal.z.abs() < SAME_DIRECTION;
+        let is_new = || normals.iter().all(|known| known.distance(normal) > SAME_DIRECTION);
+        if normals.len() < MAX_FACES && lies_in_space && is_new() {
+            normals.push(normal);
+        }
+    }
+    normals
 }

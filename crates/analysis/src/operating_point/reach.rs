@@ -5,10 +5,9 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, SceneValues, Shape, Space};
 use glam::{DQuat, DVec3};
 
-use super::faces::{Place, has_surface, places, reach_m};
+use super::faces::{Place, face_normals, has_surface, places, reach_m};
 use super::point::OperatingPoint;
 use super::settled::{Copy, Grip, Lean, Start, hosts_with_copies, leans};
-use crate::left_out::LeftOut;
 
 /// A set of hosts' copies of a body: bit h for host h.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,8 +32,6 @@ pub(crate) struct Reach {
     pub(crate) grips: Vec<Grip>,
     /// Every moving body on every wall.
     pub(crate) leans: Vec<Lean>,
-    /// What could not be written down.
-    pub(crate) left_out: Vec<LeftOut>,
 }
 
 /// Contacts of one body that are closed at once.
@@ -53,8 +50,7 @@ impl Reach {
     pub(crate) fn of(scene: &SceneValues) -> Self {
         let bodies = scene.world_bodies();
         let poses = OperatingPoint::free(scene).poses.swap_remove(0);
-        let mut left_out = Vec::new();
-        let leans = leans(scene, &bodies, &poses, &mut left_out);
+        let leans = leans(scene, &bodies, &poses);
         let mut grips = Vec::new();
         for host in scene.hosts() {
             for finger in 0..scene.users[host.index()].fingers.len() {
@@ -66,14 +62,22 @@ impl Reach {
                 }
             }
         }
-        Self { bodies, poses, grips, leans, left_out }
+        Self { bodies, poses, grips, leans }
     }
 
     /// The walls that a body meets when it is turned, each with the corners that are then nearest to it.
     pub(crate) fn leans_turned(&self, scene: &SceneValues, body: usize, turned: DQuat) -> Vec<Lean> {
         let mut poses = self.poses.clone();
         poses[body].orientation = turned * poses[body].orientation;
-        leans(scene, &self.bodies, &poses, &mut Vec::new())
+        leans(scene, &self.bodies, &poses)
+    }
+
+    /// Turns that lay a flat face of a hull or a mesh on a wall.
+    pub(crate) fn turns_onto_faces(&self, scene: &SceneValues, body: usize, wall: usize) -> Vec<DQuat> {
+        let into_wall = -scene.walls()[wall].normal.normalize();
+        let orientation = self.poses[body].orientation;
+        let normals = face_normals(&self.bodies[body].shape, scene.space);
+        normals.into_iter().map(|normal| DQuat::from_rotation_arc(orientation * normal, into_wall)).collect()
     }
 
     /// Where a session has these contacts, with forces that are in balance in them, and no other.

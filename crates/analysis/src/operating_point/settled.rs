@@ -58,7 +58,7 @@ impl Settled {
         let poses = OperatingPoint::free(scene).poses.swap_remove(0);
         let mut settled = Self::default();
         settled.add_grips(scene, &bodies, &poses);
-        settled.leans = leans(scene, &bodies, &poses, &mut settled.left_out);
+        settled.leans = leans(scene, &bodies, &poses);
         settled
     }
 
@@ -122,12 +122,7 @@ impl Settled {
 }
 
 /// Every body that moves against every wall, by the corners that are nearest to it.
-pub(super) fn leans(
-    scene: &SceneValues,
-    bodies: &[Body],
-    poses: &[Pose],
-    left_out: &mut Vec<LeftOut>,
-) -> Vec<Lean> {
+pub(super) fn leans(scene: &SceneValues, bodies: &[Body], poses: &[Pose]) -> Vec<Lean> {
     let moving = bodies.iter().filter(|body| !body.fixed).count();
     let mut leans = Vec::new();
     for (wall, plane) in scene.walls().iter().enumerate() {
@@ -136,16 +131,9 @@ pub(super) fn leans(
                 1 => plane.name.clone(),
                 _ => format!("{}.{}", plane.name, body.name),
             };
-            match corners_at_wall(body, &poses[index], plane, scene.space) {
-                Some(corners) => {
-                    let two_sided = !has_surface(&body.shape) && scene.wall.sides == WallSides::Two;
-                    leans.push(Lean { name, wall, body: index, corners, two_sided });
-                }
-                None => left_out.push(LeftOut::new(
-                    format!("{} against the wall {}", body.name, plane.name),
-                    "only balls, boxes and capsules are",
-                )),
-            }
+            let corners = corners_at_wall(body, &poses[index], plane, scene.space);
+            let two_sided = !has_surface(&body.shape) && scene.wall.sides == WallSides::Two;
+            leans.push(Lean { name, wall, body: index, corners, two_sided });
         }
     }
     leans

@@ -9,7 +9,7 @@ use cotouch_world::coordination::{self, Scheme};
 use crate::lift::layout::{Layout, Registers};
 use crate::lift::stepping::lift;
 use crate::loop_spec::{
-    AppliedForce, Body, BodyId, Coupling, Force, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, BodyId, Force, ForceGains, Line, LineId, LoopBody, LoopSpec, Motion, Signal, Term,
 };
 use crate::rigid::Structure;
 
@@ -20,7 +20,7 @@ pub(super) struct FadingSession {
     pub(super) couplings: Vec<FadingCoupling>,
     pub(super) hands: Vec<Hand>,
     /// What may come apart, as differences of positions.
-    pub(super) apart: Vec<Coupling>,
+    pub(super) apart: Vec<ForceGains>,
     /// Whether couplings fade in this loop; else samples are held for as long as an outage lasts.
     pub(super) fades: bool,
     scheme: Arc<dyn Scheme>,
@@ -29,7 +29,7 @@ pub(super) struct FadingSession {
 /// A force whose share depends on who is there.
 pub(super) struct FadingCoupling {
     pub(super) on: Target,
-    pub(super) force: Coupling,
+    pub(super) force: ForceGains,
     pub(super) presence: Presence,
 }
 
@@ -89,7 +89,7 @@ impl FadingSession {
         for AppliedForce { body, force } in std::mem::take(&mut self.spec.actions) {
             let is_served = self.hands.iter().any(|hand| hand.body == body && hand.is_served);
             match force {
-                Force::Coupling(force) => match presence(&self.spec, &force) {
+                Force::Gains(force) => match presence(&self.spec, &force) {
                     Presence::Always if !is_served => self.spec.act(body, force),
                     presence => {
                         self.couplings.push(FadingCoupling { on: Target::Body(body), force, presence })
@@ -103,7 +103,7 @@ impl FadingSession {
     fn take_out_samples(&mut self) {
         for index in 0..self.spec.lines.len() {
             let Signal::Force(force) = &self.spec.lines[index].signal else { continue };
-            let nothing = Coupling::new(force.components);
+            let nothing = ForceGains::new(force.components);
             let presence = presence(&self.spec, force);
             if presence == Presence::Always {
                 continue;
@@ -116,7 +116,7 @@ impl FadingSession {
 }
 
 /// Who must be there for a force that something computes: at most one peer, since every force is between two things.
-fn presence(spec: &LoopSpec, force: &Coupling) -> Presence {
+fn presence(spec: &LoopSpec, force: &ForceGains) -> Presence {
     let held = force.terms.iter().find_map(|term| match term.motion {
         Motion::Held(LineId(line)) => Some(&spec.lines[line]),
         _ => None,
@@ -137,7 +137,7 @@ fn hands(spec: &LoopSpec) -> Vec<Hand> {
     let is_served = |body: BodyId| {
         spec.actions.iter().any(|action| action.body == body && matches!(action.force, Force::Held(_)))
     };
-    let hand = |(index, body): (usize, &Body)| match body.states.first() {
+    let hand = |(index, body): (usize, &LoopBody)| match body.states.first() {
         Some(&Coordinate::Own { host: user, part: Part::Hand(finger), .. }) => {
             let body = BodyId(index);
             Some(Hand { body, user, finger, is_served: is_served(body) })
@@ -149,7 +149,7 @@ fn hands(spec: &LoopSpec) -> Vec<Hand> {
 
 /// Between the copies of every body at two hosts; where there is one copy, or none, between a finger and what another host knows
 /// of it.
-fn apart(spec: &LoopSpec) -> Vec<Coupling> {
+fn apart(spec: &LoopSpec) -> Vec<ForceGains> {
     let copies: Vec<_> = spec
         .bodies
         .iter()
@@ -180,9 +180,9 @@ fn fingers_and_samples(spec: &LoopSpec) -> Vec<(Motion, BodyId)> {
 }
 
 /// Of positions, along the axes of the world.
-fn difference(spec: &LoopSpec, motion: Motion, body: BodyId) -> Coupling {
+fn difference(spec: &LoopSpec, motion: Motion, body: BodyId) -> ForceGains {
     let moves = spec.bodies[body.0].axes.iter().filter(|dof| !dof.turns()).count();
-    let mut difference = Coupling::new(moves);
+    let mut difference = ForceGains::new(moves);
     for (motion, gain) in [(motion, 1.0), (Motion::Current(body), -1.0)] {
         difference.terms.extend((0..moves).map(|component| Term {
             component,
@@ -197,7 +197,7 @@ fn difference(spec: &LoopSpec, motion: Motion, body: BodyId) -> Coupling {
 /// Whether something can be moved without a force that would bring it back while nothing arrives: what a hand holds drifts away.
 pub(super) fn drifts(session: &FadingSession) -> bool {
     let mut alone = session.spec.clone();
-    alone.actions.retain(|action| matches!(action.force, Force::Coupling(_)));
+    alone.actions.retain(|action| matches!(action.force, Force::Gains(_)));
     for block in &mut alone.blocks {
         block.input.terms.retain(|term| !matches!(term.motion, Motion::Held(_)));
     }

@@ -10,7 +10,7 @@ use crate::lift::layout::{Layout, Register};
 use crate::lift::program::Program;
 use crate::lift::rows::Rows;
 use crate::lift::stepping::{Outside, Run};
-use crate::loop_spec::{Coupling, Motion, Term};
+use crate::loop_spec::{ForceGains, Motion, Term};
 
 /// What is told of goes on for so long after everything is as it was before, s, and for as long as it still grows by more than
 /// [`GROWTH`] in each such stretch, but no longer than [`LONGEST_S`].
@@ -57,7 +57,7 @@ impl<'a> Stepper<'a> {
         let places = session.hands.iter().map(|hand| {
             let own = Motion::Current(hand.body);
             let term = |component| Term { component, motion: own, number: component, gain: 1.0 };
-            Coupling { components: axes, terms: (0..axes).map(term).collect() }
+            ForceGains { components: axes, terms: (0..axes).map(term).collect() }
         });
         let couplings = session.couplings.iter().map(|coupling| coupling.force.clone());
         let observed: Vec<_> = couplings.chain(session.apart.iter().cloned()).chain(places).collect();

@@ -3,7 +3,7 @@ use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::with_override;
 
 use super::*;
-use crate::loop_spec::{Body, BodyId, Delay, Dynamics, LINE, Line, Motion, Plant, Signal};
+use crate::loop_spec::{BodyId, Delay, Dynamics, LINE, Line, LoopBody, Motion, Plant, Signal};
 
 const MASS_KG: f64 = 0.5;
 const DAMPING: f64 = 2.0;
@@ -25,7 +25,7 @@ fn two_masses(scene: &Scene) -> LoopSpec {
         let name = |quantity| Coordinate::Own { host, part: Part::HAND, quantity };
         let states = vec![name(Quantity::Position(Axis::X)), name(Quantity::Velocity(Axis::X))];
         let dynamics = Dynamics::Plant(Plant::mass(MASS_KG, spring(0.0, DAMPING)));
-        spec.body(Body { states, axes: LINE, dynamics });
+        spec.body(LoopBody { states, axes: LINE, dynamics });
     }
     for (host, from) in [(0, 1), (1, 0)] {
         let line = spec.line(Line {

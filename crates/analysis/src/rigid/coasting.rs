@@ -1,6 +1,6 @@
 //! How a body is somewhere else, or moves, without a force.
 
-use crate::loop_spec::{Body, Dynamics, Estimate, Plant};
+use crate::loop_spec::{Dynamics, Estimate, LoopBody, Plant};
 
 /// Some states and their sizes; all others are 0.
 pub(super) type Sparse = Vec<(usize, f64)>;
@@ -15,7 +15,7 @@ pub(super) struct Coasting {
 }
 
 /// For each of a body's degrees of freedom.
-pub(super) fn coasting(body: &Body, period_s: f64) -> Vec<Coasting> {
+pub(super) fn coasting(body: &LoopBody, period_s: f64) -> Vec<Coasting> {
     let axes = body.axes.len();
     match &body.dynamics {
         Dynamics::Mass { .. } | Dynamics::Rigid { .. } => {

@@ -2,10 +2,10 @@
 
 use nalgebra::DVector;
 
-use crate::loop_spec::{Coupling, LoopSpec, Motion};
+use crate::loop_spec::{ForceGains, LoopSpec, Motion};
 
 /// Whether a force depends on bodies of a part.
-pub(super) fn is_of_part(spec: &LoopSpec, coupling: &Coupling, part: &[usize]) -> bool {
+pub(super) fn is_of_part(spec: &LoopSpec, coupling: &ForceGains, part: &[usize]) -> bool {
     let of_part = |motion| spec.body_of(motion).is_some_and(|body| part.contains(&body.0));
     coupling.terms.iter().any(|term| of_part(term.motion))
 }
@@ -39,7 +39,7 @@ impl Offsets {
         (is_position && self.first[body.0] != usize::MAX).then(|| self.first[body.0] + number)
     }
 
-    pub(super) fn add_force(&self, spec: &LoopSpec, coupling: &Coupling, force: &mut DVector<f64>) {
+    pub(super) fn add_force(&self, spec: &LoopSpec, coupling: &ForceGains, force: &mut DVector<f64>) {
         for term in &coupling.terms {
             if let Some(place) = self.place(spec, term.motion, term.number) {
                 force[term.component] += term.gain * self.values[place];

@@ -1,7 +1,7 @@
 //! Which bodies belong together.
 
 use super::coasting::Coasting;
-use crate::loop_spec::{Coupling, Dof, LoopSpec, Motion};
+use crate::loop_spec::{Dof, ForceGains, LoopSpec, Motion};
 
 /// Groups of bodies, and of the blocks that read them or act on them.
 pub(crate) struct Ties {
@@ -30,7 +30,7 @@ impl Ties {
         parts
     }
 
-    fn join_what_is_read(&mut self, spec: &LoopSpec, coupling: &Coupling, by: usize) {
+    fn join_what_is_read(&mut self, spec: &LoopSpec, coupling: &ForceGains, by: usize) {
         for term in coupling.terms.iter().filter(|term| term.gain != 0.0) {
             if let Motion::Output(block) = term.motion {
                 self.join(self.bodies + block.0, by);

@@ -6,7 +6,7 @@ use nalgebra::{Complex, DMatrix};
 
 use super::closed_body::ClosedBodies;
 use super::touched::Touched;
-use crate::loop_spec::{Block, BlockId, BodyId, Coupling, Delay, Hold, LoopSpec, Motion, Term};
+use crate::loop_spec::{Block, BlockId, BodyId, Delay, ForceGains, Hold, LoopSpec, Motion, Term};
 
 /// The loop.
 pub(super) fn closed_loop(bodies: &ClosedBodies, of: Touched<'_>) -> LoopSpec {
@@ -68,7 +68,7 @@ impl Session<'_> {
 
     /// What the host's own fingers observe of its body.
     fn add_body(&mut self, host: HostIndex, law: &LinearBlock, positions: &[Position]) -> BlockId {
-        let mut input = Coupling::new(positions.len());
+        let mut input = ForceGains::new(positions.len());
         for (component, &Position { motion, number, .. }) in positions.iter().enumerate() {
             input.terms.push(Term { component, motion, number, gain: 1.0 });
         }
@@ -104,7 +104,7 @@ impl Session<'_> {
 
     fn add_first_order_hold(&mut self, host: HostIndex, part: Outputs, own: &[usize]) -> Outputs {
         let rows = 3 * own.len();
-        let mut input = Coupling::new(rows);
+        let mut input = ForceGains::new(rows);
         for component in 0..rows {
             let (motion, number) = (Motion::Output(part.block), part.first + component);
             input.terms.push(Term { component, motion, number, gain: 1.0 });
@@ -118,9 +118,9 @@ impl Session<'_> {
     }
 
     /// The force on a finger of its host's own.
-    fn force(&self, contact: usize, parts: &[Outputs], positions: &[Position]) -> Coupling {
+    fn force(&self, contact: usize, parts: &[Outputs], positions: &[Position]) -> ForceGains {
         let axes = self.of.spec.bodies[self.of.touching[contact].0].axes;
-        let mut force = Coupling::new(axes.len());
+        let mut force = ForceGains::new(axes.len());
         for (component, dof) in axes.iter().enumerate() {
             let axis = dof.axis().index();
             for &Outputs { block, first } in parts {
@@ -150,7 +150,7 @@ impl Session<'_> {
         let after = (law.states() + law.outputs()) as u32;
         let names = (after..).map(|index| Coordinate::SoftBody { host: *host, index });
         let law = LinearBlock { a, b, c, d: no_numbers };
-        let block = Block::sampled(self.of.slow, Coupling::new(0), law, Delay::NONE);
+        let block = Block::sampled(self.of.slow, ForceGains::new(0), law, Delay::NONE);
         self.of.spec.block(Block { states: names.take(states).collect(), ..block });
     }
 }

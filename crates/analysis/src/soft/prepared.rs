@@ -14,7 +14,7 @@ use super::contacts::{Anchor, anchors};
 use super::error::SoftAnalysisError;
 use super::reduction::{NEGLIGIBLE, NEGLIGIBLE_IN_LOOP, by_krylov};
 use super::slow_body::SlowBody;
-use crate::loop_spec::Body;
+use crate::loop_spec::LoopBody;
 
 /// A scene's soft body as all its fingers see it.
 #[derive(Debug)]
@@ -113,7 +113,7 @@ impl Prepared {
     }
 
     /// Axes along which no finger moves and that do not yield to forces along the others.
-    pub(super) fn idle_axes(&self, hands: &[Body]) -> [bool; 3] {
+    pub(super) fn idle_axes(&self, hands: &[LoopBody]) -> [bool; 3] {
         let moves =
             |axis: usize| hands.iter().any(|hand| hand.axes.iter().any(|dof| dof.axis().index() == axis));
         let (moved, size) = ([0, 1, 2].map(moves), self.compliance.amax());

@@ -13,7 +13,7 @@ use super::touched::{Finger, Touched, touched_body};
 use crate::diagram::{DiagramError, LiftRoute};
 use crate::dof::motion_quantities;
 use crate::local_model::{HandImpedance as ArmOfPaper, PiLocalModel, SimulationLoop, hand_spectral_radius};
-use crate::loop_spec::{Body, Delay, Dof, Dynamics, LINE, LoopSpec, Plant, SPACE_POINT};
+use crate::loop_spec::{Delay, Dof, Dynamics, LINE, LoopBody, LoopSpec, Plant, SPACE_POINT};
 use cotouch_matrix::{eigenvalues, spectral_radius};
 
 const KO: f64 = 100.0;
@@ -24,16 +24,16 @@ fn schedule(control: &str, other: &str) -> Schedule {
     Schedule::new(control.parse().unwrap(), other.parse().unwrap()).unwrap()
 }
 
-fn hand(host: u8, axes: &'static [Dof], plant: Plant) -> Body {
+fn hand(host: u8, axes: &'static [Dof], plant: Plant) -> LoopBody {
     let host = HostIndex(host);
     let states = motion_quantities(axes)
         .map(|quantity| cotouch_scene::names::Coordinate::Own { host, part: Part::HAND, quantity })
         .collect();
-    Body { states, axes, dynamics: Dynamics::Plant(plant) }
+    LoopBody { states, axes, dynamics: Dynamics::Plant(plant) }
 }
 
 /// A hand that forces do not move, and that forgets where it was.
-fn still() -> Body {
+fn still() -> LoopBody {
     let plant = Plant {
         a: DMatrix::from_diagonal_element(2, 2, -1e6),
         b: DMatrix::zeros(2, 1),
@@ -63,7 +63,7 @@ fn finger(host: u8) -> Finger {
 
 /// One finger on Barbagli et al.'s spring.
 fn one_finger(
-    hand: Body,
+    hand: LoopBody,
     kind: LocalModelKind,
     gains: [f64; 2],
     period: (ReturnedForce, SurfaceHold),
@@ -74,7 +74,7 @@ fn one_finger(
 /// The same with results that come so many periods later.
 fn one_finger_after(
     result_delay_periods: u32,
-    hand: Body,
+    hand: LoopBody,
     kind: LocalModelKind,
     [kh, int]: [f64; 2],
     (returned_force, hold): (ReturnedForce, SurfaceHold),

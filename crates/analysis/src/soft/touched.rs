@@ -10,7 +10,8 @@ use nalgebra::DMatrix;
 use super::local_laws::{HostLaw, ticks_of_periods, without_repetition};
 use super::slow_body::SlowBody;
 use crate::loop_spec::{
-    AppliedForce, Block, BlockId, BodyId, Coupling, Delay, Hold, Line, LineId, LoopSpec, Motion, Signal, Term,
+    AppliedForce, Block, BlockId, BodyId, Delay, ForceGains, Hold, Line, LineId, LoopSpec, Motion, Signal,
+    Term,
 };
 
 /// A finger slot.
@@ -129,7 +130,7 @@ impl Session<'_> {
             for (contact, &(slot, Finger { user, finger })) in self.of.touching.clone().iter().enumerate() {
                 let host = self.worlds[index].host;
                 let axes = self.of.spec.bodies[slot].axes;
-                let mut force = Coupling::new(axes.len());
+                let mut force = ForceGains::new(axes.len());
                 for (component, dof) in axes.iter().enumerate() {
                     let row = 3 * contact + dof.axis().index();
                     self.add_force(&mut force, component, &self.worlds[index], row, 1.0);
@@ -145,7 +146,7 @@ impl Session<'_> {
         forces.actions
     }
 
-    fn send_back(&mut self, server: HostIndex, client: HostIndex, finger: u8, force: Coupling) -> LineId {
+    fn send_back(&mut self, server: HostIndex, client: HostIndex, finger: u8, force: ForceGains) -> LineId {
         self.of.spec.line(Line {
             host: client,
             from: server,
@@ -156,7 +157,7 @@ impl Session<'_> {
     }
 
     /// Adds row `row` of the forces on the fingers that touch, three rows a contact, `scale` times.
-    fn add_force(&self, to: &mut Coupling, component: usize, world: &World, row: usize, scale: f64) {
+    fn add_force(&self, to: &mut ForceGains, component: usize, world: &World, row: usize, scale: f64) {
         if self.of.law.state.is_some() {
             let motion = Motion::Output(world.integral);
             to.terms.push(Term { component, motion, number: row, gain: scale });
@@ -172,7 +173,7 @@ impl Session<'_> {
         }
     }
 
-    fn add_direct(&self, to: &mut Coupling, component: usize, world: &World, row: usize, scale: f64) {
+    fn add_direct(&self, to: &mut ForceGains, component: usize, world: &World, row: usize, scale: f64) {
         let rows = self.of.law.direct.nrows();
         for (column, &gain) in
             self.of.law.direct.row(row).iter().enumerate().filter(|(_, gain)| **gain != 0.0)
@@ -187,7 +188,7 @@ impl Session<'_> {
     }
 
     /// Surface minus finger.
-    fn add_error(&self, to: &mut Coupling, component: usize, world: &World, row: usize, gain: f64) {
+    fn add_error(&self, to: &mut ForceGains, component: usize, world: &World, row: usize, gain: f64) {
         let surface = Motion::Output(world.body);
         to.terms.push(Term { component, motion: surface, number: row, gain });
         if let Some(number) = self.of.number(row) {
@@ -202,7 +203,7 @@ impl Session<'_> {
         let slots: Vec<u8> = self.of.touching.iter().map(|&(slot, _)| slot as u8).collect();
         let later = |body: bool| Delay::periods(u32::from(body) + self.of.result_delay_periods);
         if let Some((law, weights)) = self.of.law.state.clone() {
-            let mut error = Coupling::new(rows);
+            let mut error = ForceGains::new(rows);
             (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
             let coordinate = |slot: u8, name: LawState| match name {
                 LawState::Integral => Coordinate::Integral { host, slot },
@@ -216,12 +217,12 @@ impl Session<'_> {
             self.of.spec.block(Block { states, weights, ..Block::sampled(ticks, error, law, Delay::NONE) });
         }
         if self.of.law.held {
-            let mut error = Coupling::new(rows);
+            let mut error = ForceGains::new(rows);
             (0..rows).for_each(|row| self.add_error(&mut error, row, world, row, 1.0));
             let law = LinearBlock::gain(self.of.law.direct.clone());
             self.of.spec.block(Block::sampled(slow, error, law, Delay::NONE));
         }
-        let mut pressing = Coupling::new(rows);
+        let mut pressing = ForceGains::new(rows);
         (0..rows).for_each(|row| self.add_force(&mut pressing, row, world, row, -1.0));
         let weights = returned_force(&slow, self.of.returned_force);
         let SlowBody { law, shown } = self.of.body;

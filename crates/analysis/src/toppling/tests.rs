@@ -5,7 +5,7 @@ use cotouch_scene::scene::{Integrator, SpringDamper};
 use cotouch_scene::time::Schedule;
 
 use crate::dof::motion_quantities;
-use crate::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
+use crate::loop_spec::{Delay, Dynamics, LINE, Line, LoopBody, LoopSpec, Motion, Plant, Signal};
 use crate::{LoopStability, analyze_loop};
 
 const MASS_KG: f64 = 0.2;
@@ -20,7 +20,8 @@ fn mass(spring: SpringDamper, plant: bool) -> LoopSpec {
     } else {
         Dynamics::Mass { mass_kg: MASS_KG, integrator: Integrator::ExactHold }
     };
-    let body = spec.body(Body { states: motion_quantities(LINE).map(own).collect(), axes: LINE, dynamics });
+    let body =
+        spec.body(LoopBody { states: motion_quantities(LINE).map(own).collect(), axes: LINE, dynamics });
     spec.pull(body, Motion::Ground, spring);
     spec
 }
@@ -70,7 +71,7 @@ fn couple(spring: SpringDamper, periods: u32, more: SpringDamper) -> LoopSpec {
     let one = crate::loop_spec::BodyId(0);
     let other = HostIndex(1);
     let own = |quantity| Coordinate::Own { host: other, part: Part::Object(0), quantity };
-    let copy = Body { states: motion_quantities(LINE).map(own).collect(), ..spec.bodies[0].clone() };
+    let copy = LoopBody { states: motion_quantities(LINE).map(own).collect(), ..spec.bodies[0].clone() };
     let two = spec.body(copy);
     spec.pull(two, Motion::Ground, more);
     for (near, far, host, from) in [(one, two, HostIndex::FIRST, other), (two, one, other, HostIndex::FIRST)]

@@ -7,8 +7,8 @@ use cotouch_scene::names::{Coordinate, HostIndex, Part};
 use glam::DVec3;
 
 use crate::loop_spec::{
-    AppliedForce, Block, BlockId, Body, BodyId, Coupling, Dof, Force, Line, LineId, LoopSpec, Motion, Signal,
-    Term,
+    AppliedForce, Block, BlockId, BodyId, Dof, Force, ForceGains, Line, LineId, LoopBody, LoopSpec, Motion,
+    Signal, Term,
 };
 
 /// A loop, and the bodies of it on which a user's force acts.
@@ -34,17 +34,17 @@ impl Held {
     /// Of a session's loop: the fingers of `user`, which share the force equally, each along its own direction `along` (unit,
     /// world), and all copies of the object that they have to do with. All other hands are gone, with every coupler to them.
     pub(super) fn by_hand(spec: &LoopSpec, user: HostIndex, along: &dyn Fn(u8) -> DVec3) -> Self {
-        let finger = |body: &Body| match place(body) {
+        let finger = |body: &LoopBody| match place(body) {
             Some((host, Part::Hand(finger))) => Some((host, finger)),
             _ => None,
         };
-        let is_present = |body: &Body| finger(body).is_none_or(|(host, _)| host == user);
-        let own = |body: &Body| finger(body).filter(|&(host, _)| host == user).map(|(_, finger)| finger);
+        let is_present = |body: &LoopBody| finger(body).is_none_or(|(host, _)| host == user);
+        let own = |body: &LoopBody| finger(body).filter(|&(host, _)| host == user).map(|(_, finger)| finger);
         let spec = connected(&restricted(spec, is_present), |body| own(body).is_some());
         let fingers =
             spec.bodies.iter().enumerate().filter_map(|(index, body)| Some((index, own(body)?, body)));
         let share = 1.0 / fingers.clone().count().max(1) as f64;
-        let end = |(index, finger, body): (usize, u8, &Body)| {
+        let end = |(index, finger, body): (usize, u8, &LoopBody)| {
             let component = |dof: &Dof| share * along(finger)[dof.axis().index()];
             End { body: BodyId(index), shares: body.axes.iter().map(component).collect() }
         };
@@ -57,14 +57,14 @@ impl Held {
     ///
     /// In the model, the others get samples of the force, some network periods late: without effect on a constant force.
     pub(super) fn directly(spec: &LoopSpec, user: HostIndex) -> Self {
-        let is_copy = |body: &Body| matches!(place(body), Some((_, Part::Object(_))));
+        let is_copy = |body: &LoopBody| matches!(place(body), Some((_, Part::Object(_))));
         let copies = restricted(spec, is_copy);
-        let host = |body: &Body| place(body).map(|(host, _)| host);
+        let host = |body: &LoopBody| place(body).map(|(host, _)| host);
         let has_own = copies.bodies.iter().any(|body| host(body) == Some(user));
         let keeper = if has_own { user } else { HostIndex::FIRST };
-        let is_read = |body: &Body| host(body) == Some(keeper);
+        let is_read = |body: &LoopBody| host(body) == Some(keeper);
         let spec = connected(&copies, is_read);
-        let end = |(index, _): (usize, &Body)| End { body: BodyId(index), shares: vec![1.0] };
+        let end = |(index, _): (usize, &LoopBody)| End { body: BodyId(index), shares: vec![1.0] };
         let pushed = spec.bodies.iter().enumerate().map(end).collect();
         let read = spec.bodies.iter().enumerate().filter(|(_, body)| is_read(body)).map(end).collect();
         Self { pushed, read, spec }
@@ -92,13 +92,13 @@ impl Held {
             let components = shares.len();
             let term = |(component, &gain)| Term { component, motion, number: 0, gain };
             self.spec
-                .act(*body, Coupling { components, terms: shares.iter().enumerate().map(term).collect() });
+                .act(*body, ForceGains { components, terms: shares.iter().enumerate().map(term).collect() });
         }
     }
 }
 
 /// Where a body is and what it is.
-fn place(body: &Body) -> Option<(HostIndex, Part)> {
+fn place(body: &LoopBody) -> Option<(HostIndex, Part)> {
     match body.states.first()? {
         &Coordinate::Own { host, part, .. } => Some((host, part)),
         _ => None,
@@ -106,7 +106,7 @@ fn place(body: &Body) -> Option<(HostIndex, Part)> {
 }
 
 /// Only what forces connect, over any number of others, with the bodies that `is_start` names.
-fn connected(spec: &LoopSpec, is_start: impl Fn(&Body) -> bool) -> LoopSpec {
+fn connected(spec: &LoopSpec, is_start: impl Fn(&LoopBody) -> bool) -> LoopSpec {
     let mut is_in: Vec<bool> = spec.bodies.iter().map(is_start).collect();
     loop {
         let before = is_in.clone();
@@ -127,7 +127,7 @@ fn connected(spec: &LoopSpec, is_start: impl Fn(&Body) -> bool) -> LoopSpec {
 
 /// A loop without some of its bodies; with them go the forces on them and every force that depends on them, and lines and
 /// blocks that nothing reads any more.
-fn restricted(spec: &LoopSpec, is_kept: impl FnMut(&Body) -> bool) -> LoopSpec {
+fn restricted(spec: &LoopSpec, is_kept: impl FnMut(&LoopBody) -> bool) -> LoopSpec {
     let is_kept: Vec<bool> = spec.bodies.iter().map(is_kept).collect();
     let mut used = Sources::default();
     let mut actions = Vec::new();
@@ -165,13 +165,13 @@ impl Sources {
     fn of_action(spec: &LoopSpec, action: &AppliedForce) -> Self {
         let mut sources = Self::default();
         match &action.force {
-            Force::Coupling(coupling) => sources.add_coupling(spec, coupling),
+            Force::Gains(coupling) => sources.add_coupling(spec, coupling),
             &Force::Held(line) => sources.add_line(spec, line),
         }
         sources
     }
 
-    fn add_coupling(&mut self, spec: &LoopSpec, coupling: &Coupling) {
+    fn add_coupling(&mut self, spec: &LoopSpec, coupling: &ForceGains) {
         for term in acting(coupling) {
             match term.motion {
                 Motion::Ground => {}
@@ -201,7 +201,7 @@ impl Sources {
     }
 }
 
-fn acting(coupling: &Coupling) -> impl Iterator<Item = &Term> {
+fn acting(coupling: &ForceGains) -> impl Iterator<Item = &Term> {
     coupling.terms.iter().filter(|term| term.gain != 0.0)
 }
 
@@ -235,7 +235,7 @@ impl Places {
         Block { input: self.coupling(&block.input), ..block.clone() }
     }
 
-    fn coupling(&self, coupling: &Coupling) -> Coupling {
+    fn coupling(&self, coupling: &ForceGains) -> ForceGains {
         let motion = |motion| match motion {
             Motion::Ground => Motion::Ground,
             Motion::Current(body) => Motion::Current(self.body(body)),
@@ -243,12 +243,12 @@ impl Places {
             Motion::Output(block) => Motion::Output(BlockId(new_place(&self.blocks, &block))),
         };
         let term = |term: &Term| Term { motion: motion(term.motion), ..*term };
-        Coupling { components: coupling.components, terms: acting(coupling).map(term).collect() }
+        ForceGains { components: coupling.components, terms: acting(coupling).map(term).collect() }
     }
 
     fn action(&self, action: &AppliedForce) -> AppliedForce {
         let force = match &action.force {
-            Force::Coupling(coupling) => Force::Coupling(self.coupling(coupling)),
+            Force::Gains(coupling) => Force::Gains(self.coupling(coupling)),
             Force::Held(line) => Force::Held(LineId(new_place(&self.lines, line))),
         };
         AppliedForce { body: self.body(action.body), force }

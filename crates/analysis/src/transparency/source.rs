@@ -7,7 +7,7 @@ use cotouch_scene::names::{Axis, Coordinate, HostIndex, Part, Quantity};
 use nalgebra::{Complex, DMatrix, DVector, dmatrix};
 
 use super::alone::Held;
-use crate::loop_spec::{Body, BodyId, Delay, Dynamics, LINE, Line, Motion, Plant, Signal};
+use crate::loop_spec::{BodyId, Delay, Dynamics, LINE, Line, LoopBody, Motion, Plant, Signal};
 
 /// States of the source.
 pub(super) const STATES: usize = 2;
@@ -51,7 +51,7 @@ fn add(held: &mut Held, frequency_rad_s: f64) -> BodyId {
         c: DMatrix::identity(2, STATES),
     };
     let states = names(Part::FORCE).to_vec();
-    held.spec.body(Body { states, axes: LINE, dynamics: Dynamics::Plant(plant) })
+    held.spec.body(LoopBody { states, axes: LINE, dynamics: Dynamics::Plant(plant) })
 }
 
 /// A map's matrix, cut into the rows and columns of the loop and those of the source.

@@ -23,8 +23,12 @@ pub(super) struct Compensated {
 pub(super) struct Viscous {
     pub(super) damping: Option<f64>,
     pub(super) mean_damping: Option<f64>,
+    /// Of the loop of these two; true where no hand was asked for.
+    pub(super) by_hand_is_stable: bool,
     pub(super) simplified: Option<f64>,
+    pub(super) simplified_is_stable: bool,
     pub(super) drag_pole: Option<f64>,
+    /// Of the session with all hands.
     pub(super) stable: bool,
     pub(super) why_none: Option<&'static str>,
 }
@@ -58,17 +62,27 @@ impl Compensated {
 impl Viscous {
     fn new(spec: &LoopSpec, hand: Option<HostIndex>, user: HostIndex) -> Result<Self, TransparencyError> {
         let session = analyze_loop(spec)?;
-        let by_hand = hand.map(|user| drift(&Held::by_hand(spec, user, &|_| DVec3::X))).transpose()?;
-        let simplified = drift(&Held::directly(spec, user))?;
+        let held = hand.map(|user| Held::by_hand(spec, user, &|_| DVec3::X));
+        let by_hand = held.as_ref().map(drift).transpose()?;
+        let by_hand_is_stable = held.map_or(Ok(true), |held| settles(&held.spec))?;
+        let copies = Held::directly(spec, user);
+        let simplified = drift(&copies)?;
         Ok(Self {
             damping: by_hand.and_then(|drift| drift.damping(|at_instants, _| at_instants)),
             mean_damping: by_hand.and_then(|drift| drift.damping(|_, mean| mean)),
+            by_hand_is_stable,
             simplified: simplified.damping(|at_instants, _| at_instants),
+            simplified_is_stable: settles(&copies.spec)?,
             drag_pole: session.drag_pole,
             stable: session.stable,
             why_none: by_hand.and_then(Drift::why_no_damping),
         })
     }
+}
+
+/// Whether every motion dies out, but for what drifts by structure.
+fn settles(spec: &LoopSpec) -> Result<bool, TransparencyError> {
+    Ok(analyze_loop(spec)?.stable)
 }
 
 fn spec(line: &SceneValues) -> LoopSpec {

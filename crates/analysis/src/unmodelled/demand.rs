@@ -3,7 +3,7 @@
 //! A bound from statics, for every finger:
 //!
 //! ```text
-//! F = 2·(grip + weight + Σ pushes of all other fingers) + max(2·own push, 2·1 N, path)
+//! F = 2·(grip + weight + Σ pushes of all other fingers) + max(2·own push, 2·1 N, path) + rendered
 //! ```
 //!
 //! Grip is what its script grasps with. Weight is that of the heaviest body that moves, of all its copies, shared by the
@@ -13,10 +13,16 @@
 //! the heaviest body with all its copies, by the largest acceleration), or they press, by the spring of tracking, as far as
 //! they lead into a wall, a fixed body or a soft one. A weight is taken to be lowered no further than it was lifted.
 //!
+//! Rendered is what devices render besides the session's forces ([`HandImpedance::rendered`]) on the longest and the fastest of
+//! all fingers' paths, for who holds a body goes where others carry it: its spring over all that such a script travels, and its damper.
+//! What open-loop forces ask of that damper is in their own terms, for they are what moves against it.
+//!
+//! [`HandImpedance::rendered`]: cotouch_scene::scene::HandImpedance::rendered
+//!
 //! A force changes by no more than that within one tick: a contact that closes begins with its damper's whole force.
 
 use cotouch_scene::mechanism::Placed;
-use cotouch_scene::scene::{Action, Architecture, Body, Finger, Scene, User};
+use cotouch_scene::scene::{Action, Architecture, Body, Finger, Scene, SpringDamper, User};
 use glam::DVec3;
 
 use crate::operating_point::{has_surface, reach_m};
@@ -39,11 +45,12 @@ pub(super) fn demanded_n(scene: &Scene) -> f64 {
         .collect();
     let pushes_n: Vec<f64> = fingers.iter().map(|&(user, finger)| largest_push_n(user, finger)).collect();
     let all_pushes_n: f64 = pushes_n.iter().sum();
+    let rendered_n = at.rendered_n(&fingers);
     let of_finger = |(&(user, finger), own_n): (&(&User, usize), &f64)| {
         let steady_n = grip_n(user, finger) + at.weight_n(user) + (all_pushes_n - own_n);
         AT_ONCE * steady_n + (AT_ONCE * own_n.max(POINTER_N)).max(at.largest_path_n(user, finger))
     };
-    fingers.iter().zip(&pushes_n).map(of_finger).fold(0.0, f64::max)
+    fingers.iter().zip(&pushes_n).map(of_finger).fold(0.0, f64::max) + rendered_n
 }
 
 /// The force (N) that motors render everywhere in the workspace and in every direction; infinite where nothing limits them.
@@ -87,6 +94,8 @@ struct Path {
     by: DVec3,
     /// Whether it leads there and as far to the other side.
     both_sides: bool,
+    /// The largest speed, m/s.
+    speed: f64,
     /// The largest acceleration, m/s².
     acceleration: f64,
     /// Where it ends, where that is known, m.
@@ -122,17 +131,37 @@ impl Place<'_> {
 
     /// The largest force that a finger's paths ask for, N.
     fn largest_path_n(&self, user: &User, number: usize) -> f64 {
-        let finger = &user.fingers[number];
-        let mut at = finger.position_m;
-        let mut largest: f64 = 0.0;
-        for action in user.script_of(number) {
-            let Some(path) = self.path(action, at, finger) else { continue };
+        let asked_n = |path: Path| {
             let moving_n = self.moved_kg() * path.acceleration;
             let pressing_n = user.tracking.stiffness_n_per_m * self.pressed_m(&path);
-            largest = largest.max(moving_n).max(pressing_n);
-            at = path.to.unwrap_or(at);
+            moving_n.max(pressing_n)
+        };
+        self.paths(user, number).map(asked_n).fold(0.0, f64::max)
+    }
+
+    /// What a device renders, whatever its finger touches, where any script leads its hand farthest and fastest, N.
+    fn rendered_n(&self, fingers: &[(&User, usize)]) -> f64 {
+        let rendered = self.scene.hand_impedance().rendered;
+        if rendered == SpringDamper::default() {
+            return 0.0;
         }
-        largest
+        let paths = |&(user, finger): &(&User, usize)| self.paths(user, finger).collect::<Vec<Path>>();
+        let all: Vec<Vec<Path>> = fingers.iter().map(paths).collect();
+        let fastest = all.iter().flatten().map(|path| path.speed).fold(0.0, f64::max);
+        let travelled_m = |paths: &Vec<Path>| paths.iter().map(|path| path.by.length()).sum();
+        let farthest_m = all.iter().map(travelled_m).fold(0.0, f64::max);
+        rendered.stiffness_n_per_m * farthest_m + rendered.damping_n_s_per_m * fastest
+    }
+
+    /// All ways that a finger tracks, one after the other.
+    fn paths(&self, user: &User, number: usize) -> impl Iterator<Item = Path> {
+        let finger = &user.fingers[number];
+        let mut at = finger.position_m;
+        user.script_of(number).iter().filter_map(move |action| {
+            let path = self.path(action, at, finger)?;
+            at = path.to.unwrap_or(at);
+            Some(path)
+        })
     }
 
     /// The way of an action that tracks one, from where the finger was.
@@ -140,7 +169,8 @@ impl Place<'_> {
         let smooth = |by: DVec3, duration_s: f64, meets_walls: bool| Path {
             by,
             both_sides: false,
-            acceleration: minimum_jerk_peak(by.length(), duration_s),
+            speed: minimum_jerk_speed(by.length(), duration_s),
+            acceleration: minimum_jerk_acceleration(by.length(), duration_s),
             to: None,
             meets_walls,
         };
@@ -150,8 +180,16 @@ impl Place<'_> {
             }
             Action::Sinusoid { amplitude_m, frequency_hz, .. } => {
                 let rate = std::f64::consts::TAU * frequency_hz;
-                let acceleration = amplitude_m.length() * rate * rate;
-                Some(Path { by: amplitude_m, both_sides: true, acceleration, to: None, meets_walls: true })
+                let speed = amplitude_m.length() * rate;
+                let acceleration = speed * rate;
+                Some(Path {
+                    by: amplitude_m,
+                    both_sides: true,
+                    speed,
+                    acceleration,
+                    to: None,
+                    meets_walls: true,
+                })
             }
             Action::Carry { by_m, duration_s } => Some(smooth(by_m, duration_s, true)),
             Action::CarryTo { to_m, duration_s } => Some(smooth(to_m - at, duration_s, true)),
@@ -189,7 +227,12 @@ impl Place<'_> {
     }
 }
 
+/// The largest speed on a minimum-jerk path, 15/8·d/T (Flash & Hogan 1985), m/s.
+fn minimum_jerk_speed(distance_m: f64, duration_s: f64) -> f64 {
+    1.875 * distance_m / duration_s
+}
+
 /// The largest acceleration on a minimum-jerk path, 10/√3·d/T² (Flash & Hogan 1985), m/s².
-fn minimum_jerk_peak(distance_m: f64, duration_s: f64) -> f64 {
+fn minimum_jerk_acceleration(distance_m: f64, duration_s: f64) -> f64 {
     10.0 / 3.0_f64.sqrt() * distance_m / (duration_s * duration_s)
 }

@@ -88,6 +88,15 @@ fn what_a_session_asks_for_is_bounded_by_statics() {
     near(demanded_n(&load("hand-over", &[])), 2.0 * (6.0 + 0.3 * 9.81) + 2.0);
     // Grip, three other fingers' shares of 2 N, and 38 mm towards a wall by 200 N/m.
     near(demanded_n(&load("grasp", &[])), 2.0 * (2.0 + 3.0) + 0.038 * 200.0);
+    // Devices' own damper at the largest speed of a path: a sinusoid's, and 15/8·d/T.
+    let damped = |name: &str| {
+        let still = demanded_n(&load(name, &[]));
+        demanded_n(&load(name, &["governor.damping_n_s_per_m=3"])) - still
+    };
+    // 5 cm at 2 rad/s.
+    near(damped("sinusoid"), 3.0 * 0.05 * 2.0);
+    near(damped("single-axis"), 0.0);
+    assert!(damped("hand-over") > 0.0);
 }
 
 #[test]

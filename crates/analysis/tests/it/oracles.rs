@@ -1,7 +1,7 @@
 //! Closed forms that share nothing with the tick-by-tick product.
 
 use cotouch_analysis::analyze_loop;
-use cotouch_analysis::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
+use cotouch_analysis::loop_spec::{Delay, Dynamics, LINE, Line, LoopBody, LoopSpec, Motion, Plant, Signal};
 use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
 use cotouch_scene::scene::SpringDamper;
 use cotouch_scene::time::{Rate, Schedule};
@@ -20,7 +20,7 @@ fn two_masses(pull: SpringDamper, brake_n_s_per_m: f64, delay_s: f64) -> LoopSpe
         let states =
             [Quantity::X, Quantity::V].map(|quantity| Coordinate::Own { host, part: Part::HAND, quantity });
         let dynamics = Dynamics::Plant(Plant::mass(MASS_KG, spring(0.0, brake_n_s_per_m)));
-        spec.body(Body { states: states.to_vec(), axes: LINE, dynamics })
+        spec.body(LoopBody { states: states.to_vec(), axes: LINE, dynamics })
     });
     for (own, other) in [(0, 1), (1, 0)] {
         let line = spec.line(Line {

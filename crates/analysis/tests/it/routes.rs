@@ -5,7 +5,7 @@ use cotouch_analysis::diagram::{
     Clock, Diagram, DiagramBlockId, DiagramError, DiagramMap, Element, Law, LiftRoute, Plant, Sampled, Time,
 };
 use cotouch_analysis::loop_spec::{
-    Block, Body, Coupling, Delay, Dynamics, Estimate, LINE, LoopSpec, Motion, Term,
+    Block, Delay, Dynamics, Estimate, ForceGains, LINE, LoopBody, LoopSpec, Motion, Term,
 };
 use cotouch_scene::scene::{Architecture, PlayOut, Scene, VelocityEstimate};
 use cotouch_scene::time::Schedule;
@@ -249,9 +249,9 @@ fn a_phase_is_written_as_weights_that_begin_with_zeros() {
     };
     let mut spec = LoopSpec::new(Schedule::new(control, control).unwrap());
     let states = ["host1.hand.x", "host1.hand.v"].map(|name| name.parse().unwrap()).to_vec();
-    let hand = spec.body(Body { states, axes: LINE, dynamics: Dynamics::Plant(plant.clone()) });
+    let hand = spec.body(LoopBody { states, axes: LINE, dynamics: Dynamics::Plant(plant.clone()) });
     let read = |number| Term { component: number, motion: Motion::Current(hand), number, gain: 1.0 };
-    let input = Coupling { components: 2, terms: vec![read(0), read(1)] };
+    let input = ForceGains { components: 2, terms: vec![read(0), read(1)] };
     let ticks = Schedule::new(control, slow).unwrap();
     let late = spec.block(Block {
         states: vec!["host1.integral1".parse().unwrap()],
@@ -260,7 +260,7 @@ fn a_phase_is_written_as_weights_that_begin_with_zeros() {
         ..Block::sampled(ticks, input, law.clone(), Delay::periods(1))
     });
     let force = Term { component: 0, motion: Motion::Output(late), number: 0, gain: 1.0 };
-    spec.act(hand, Coupling { components: 1, terms: vec![force] });
+    spec.act(hand, ForceGains { components: 1, terms: vec![force] });
 
     let mut diagram = Diagram::new();
     let hand = diagram.plant("hand", plant);

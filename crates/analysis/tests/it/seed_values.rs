@@ -109,7 +109,9 @@ fn the_centralized_region_is_empty_from_two_periods_on() {
 /// b·T_t/m_h has the limit 2·sin(π/(4n + 2)): a mass that a held damper brakes n periods late.
 #[test]
 fn a_late_damper_has_its_closed_form_limit() {
-    use cotouch_analysis::loop_spec::{Body, Delay, Dynamics, LINE, Line, LoopSpec, Motion, Plant, Signal};
+    use cotouch_analysis::loop_spec::{
+        Delay, Dynamics, LINE, Line, LoopBody, LoopSpec, Motion, Plant, Signal,
+    };
     use cotouch_scene::names::{Coordinate, HostIndex, Part, Quantity};
     for n in 0..4u32 {
         let limit = 2.0 * (std::f64::consts::PI / f64::from(4 * n + 2)).sin();
@@ -123,7 +125,7 @@ fn a_late_damper_has_its_closed_form_limit() {
                 quantity,
             });
             let dynamics = Dynamics::Plant(Plant::mass(0.1, spring(0.0, 0.0)));
-            let hand = spec.body(Body { states: states.to_vec(), axes: LINE, dynamics });
+            let hand = spec.body(LoopBody { states: states.to_vec(), axes: LINE, dynamics });
             let damper = spring(0.0, factor * limit * 0.1 * 128.0);
             let force = spec.spring(Motion::Current(hand), Motion::Ground, damper);
             let delay = Delay::Scheduled { periods: n, transit_ticks: 0 };

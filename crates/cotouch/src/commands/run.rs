@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime};
 
 use cotouch_net::Route;
-use cotouch_runtime::{DeviceChoice, LiveSession, OwnLimits, Predicted, Summary, real_time};
+use cotouch_runtime::{DeviceChoice, LiveSession, OwnLimits, Predicted, Summary, plain_name, real_time};
 use cotouch_scene::scene::{Impairment, Link};
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
@@ -200,10 +200,7 @@ fn named_recording(scene: &str) -> PathBuf {
     )]
     let now = SystemTime::now();
     let time = humantime::format_rfc3339_seconds(now).to_string().replace(['-', ':'], "");
-    // A scene's name may hold anything printable; a file's must not leave its folder.
-    let is_plain = |c: char| c.is_ascii_alphanumeric() || matches!(c, '-' | '_');
-    let scene: String = scene.chars().map(|c| if is_plain(c) { c } else { '-' }).collect();
-    Path::new("recordings").join(format!("{scene}-{time}.mcap"))
+    Path::new("recordings").join(format!("{}-{time}.mcap", plain_name(scene)))
 }
 
 /// What `--impair` asks a real link to do: only what it names.

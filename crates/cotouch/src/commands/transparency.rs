@@ -116,7 +116,11 @@ fn damping_text(scene: &Scene, damping: &AddedDamping) -> String {
         |value: Option<f64>| value.map_or_else(|| "none".to_owned(), |value| format!("{value:.6} N·s/m"));
     row(
         "added damping",
-        format!("{} (force over velocity at network instants)", viscous(damping.damping_n_s_per_m)),
+        format!(
+            "{} (force over velocity at network instants){}",
+            viscous(damping.damping_n_s_per_m),
+            unstable_alone(damping.stable)
+        ),
     );
     row("by the mean velocity", viscous(damping.mean_damping_n_s_per_m));
     if damping.dampers_of_scene_n_s_per_m != 0.0 {
@@ -125,9 +129,16 @@ fn damping_text(scene: &Scene, damping: &AddedDamping) -> String {
     }
     row(
         "simplified model",
-        format!("{} (no hands, the force acts on every copy)", viscous(damping.simplified_damping_n_s_per_m)),
+        format!(
+            "{} (no hands, the force acts on every copy){}",
+            viscous(damping.simplified_damping_n_s_per_m),
+            unstable_alone(damping.simplified_stable != Some(false))
+        ),
     );
     row("drag pole", pole(damping.drag_pole));
+    if damping.session_stable == Some(false) {
+        row("session", "unstable in free motion with all hands on the object".to_owned());
+    }
     if let Some(compensation) = damping.compensation_n_s_per_m.filter(|&value| value != 0.0) {
         row("compensated by", format!("object.damping_n_s_per_m={compensation:.6}"));
         row("  added damping", viscous(damping.damping_if_compensated_n_s_per_m));
@@ -281,5 +292,20 @@ mod tests {
         let stiffness = cotouch_analysis::transparency::equivalent_stiffness(&scene).unwrap();
         assert!(stiffness_text(&scene, &stiffness).contains("nothing resists"));
         assert!(Bode::of(&admittance).figure("title").unwrap().contains("anna, fundamental"));
+    }
+
+    #[test]
+    fn a_damping_to_which_no_loop_comes_is_called_so() {
+        let text = |settings: &[&str]| {
+            let settings: Vec<Override> = settings.iter().map(|setting| setting.parse().unwrap()).collect();
+            let scene = cotouch_scene::load("single-axis", &settings).unwrap();
+            damping_text(&scene, &added_damping(&scene, HostIndex(0)).unwrap())
+        };
+        assert!(!text(&[]).contains("unstable"));
+        let stiff = text(&["coupling.hand_object.stiffness_n_per_m=200000"]);
+        let line = |name: &str| stiff.lines().find(|line| line.starts_with(name)).unwrap();
+        assert!(line("added damping").ends_with("(unstable alone: never settles into this)"), "{stiff}");
+        assert!(!line("simplified model").contains("unstable"), "{stiff}");
+        assert!(line("session ").contains("unstable in free motion"), "{stiff}");
     }
 }

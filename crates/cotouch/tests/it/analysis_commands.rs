@@ -56,11 +56,12 @@ fn routes_that_share_only_the_description_agree_with_the_verdict() {
         let found = answer(&[&["analyze", "stability"], words, &["--check"]].concat());
         let check = found["check"].as_array().unwrap();
         close(&check[0]["spectral_radius"], found["spectral_radius"].as_f64().unwrap(), 1e-9);
-        let worst = check.iter().find(|mode| mode["contacts"] == found["worst"]["contacts"]);
-        let worst = worst.unwrap_or_else(|| panic!("{words:?}: the worst is not checked"));
-        // What has no part in the contacts may be larger still.
+        // The search may have found another place for contacts that are checked where scripts come from as well. What has no
+        // part in the contacts may be larger still.
         let of_worst = found["worst"]["spectral_radius"].as_f64().unwrap();
-        assert!(worst["spectral_radius"].as_f64().unwrap() > of_worst - 1e-9, "{words:?}");
+        let mut alike = check.iter().filter(|mode| mode["contacts"] == found["worst"]["contacts"]);
+        let checked = alike.any(|mode| mode["spectral_radius"].as_f64().unwrap() > of_worst - 1e-9);
+        assert!(checked, "{words:?}: the worst is not checked");
         for mode in check {
             let names =
                 mode["routes"].as_array().unwrap().iter().map(|route| route["name"].as_str().unwrap());

@@ -12,6 +12,7 @@ use cotouch_runtime::{
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Action, Impairment, Scene};
+use cotouch_testkit::scenes::edited;
 
 fn real_scene(settings: &[&str]) -> Scene {
     realisable(&scene("distributed", settings)).0
@@ -109,6 +110,22 @@ fn any_other_change_begins_the_next_session_with_a_recording_of_its_own() {
         assert!(!replayed.ended_abruptly);
     }
     assert!(folder.path().join("live-3.mcap").exists());
+}
+
+#[test]
+fn a_recording_that_is_named_after_its_scene_is_named_after_the_next_one_too() {
+    let folder = tempfile::tempdir().unwrap();
+    let scene = real_scene(&[]);
+    let first = folder.path().join(format!("{}-today.mcap", scene.name));
+    let session = live(&scene, Some(&first));
+    wait_for_ticks(&session, 100);
+    let other = edited(&real_scene(&["session.users=3"]), |scene| scene.name = "../an other".to_owned());
+    session.change(other).unwrap();
+    wait_for_ticks(&session, 100);
+    let summary = stop(session);
+    let second = folder.path().join("---an-other-today-2.mcap").display().to_string();
+    assert_eq!(summary.earlier[0].recording, Some(first.display().to_string()));
+    assert_eq!(summary.recording, Some(second));
 }
 
 #[test]

@@ -69,3 +69,36 @@ fn a_scheme_that_reads_a_place_leaves_no_damping() {
     assert_eq!(grounded.damping, None);
     assert!(grounded.why_none.is_some_and(|why| why.starts_with("A spring ties")));
 }
+
+/// Whether what a push set in motion is found at a steady pace after a long time.
+fn comes_to_a_pace(held: &Held) -> bool {
+    let mut held = held.clone();
+    let source = source::at_ticks(&mut held, 0.0);
+    let whole = held.spec.lift_shared().unwrap();
+    let first = whole.index_of(held.spec.bodies[source.0].states[0]).unwrap();
+    let cut = Cut::new(&whole.matrix, &[first, first + 1]);
+    let push = cut.column(&whole.matrix, first);
+    let step = |state: &nalgebra::DVector<f64>| &cut.map * state + &push;
+    let mut state = push.clone();
+    for _ in 0..3_000 {
+        state = step(&state);
+    }
+    let (moved, then) = (step(&state) - &state, step(&step(&state)) - step(&state));
+    (&moved - then).norm() <= 1e-6 * moved.norm()
+}
+
+#[test]
+fn a_damping_that_a_loop_never_comes_to_is_told_from_one_that_it_does() {
+    let hand = "coupling.hand_object.stiffness_n_per_m=200000";
+    let copies = "coupling.object_object.stiffness_n_per_m=200000";
+    for (overrides, by_hand, simplified) in
+        [(&[][..], true, true), (&[hand], false, true), (&[copies], false, false)]
+    {
+        let spec = &compile(&built_in("single-axis", overrides))[0].spec;
+        let found = Viscous::new(spec, Some(USER), USER).unwrap();
+        assert!(found.damping.is_some() && found.simplified.is_some());
+        assert_eq!((found.by_hand_is_stable, found.simplified_is_stable), (by_hand, simplified));
+        assert_eq!(comes_to_a_pace(&Held::by_hand(spec, USER, &|_| DVec3::X)), by_hand);
+        assert_eq!(comes_to_a_pace(&Held::directly(spec, USER)), simplified);
+    }
+}

@@ -16,6 +16,9 @@ const TO_THE_END_S: f64 = 1e4;
 const RETURN_S: f64 = 2.0;
 /// How fast a pointer goes to its place, s.
 const POINTER_S: f64 = 0.15;
+/// How fast one does that touches gently, s, and how deep it goes: what is squeezed harder slips away sooner, m.
+const GENTLY_S: f64 = 0.6;
+const GENTLY_M: f64 = 0.006;
 /// How far from the surface fingers begin, and how deep a pointer draws them, m.
 const DEEP_M: f64 = 0.015;
 
@@ -53,6 +56,10 @@ pub(super) enum Policy {
     Slide,
     /// Pointers draw all to the surface and away again.
     TouchAndLetGo,
+    /// Pointers draw all to the middle of their sides, against each other through the centre, and hold them there.
+    Squeeze,
+    /// Pointers draw all to the middle of their sides, and they press there.
+    PressCentred,
 }
 
 /// What the analysis tells those who try to prove it wrong.
@@ -94,7 +101,7 @@ pub(super) const AIMS: usize = 3;
 
 impl Policy {
     /// What finds most comes first.
-    pub(super) const ALL: [Self; 18] = [
+    pub(super) const ALL: [Self; 20] = [
         Self::PressAimed(0),
         Self::Press,
         Self::Point,
@@ -113,6 +120,8 @@ impl Policy {
         Self::SwingAndReturn,
         Self::Slide,
         Self::TouchAndLetGo,
+        Self::Squeeze,
+        Self::PressCentred,
     ];
 
     /// Whether hands themselves shake for a while: then only what shakes to the end counts.
@@ -149,16 +158,21 @@ impl Policy {
         Some(drawn.scene.edit(change).expect("hands may do so"))
     }
 
-    /// A hand that is held presses against what holds it.
+    /// A hand that is held is drawn to where it touches, or held where it does not.
     fn aimed(self, hand: &Hand, aim: &Aim, finger: usize, random: &mut Random) -> Vec<Action> {
-        let begin = match aim.held[hand.user] {
+        let is_held = aim.held[hand.user];
+        let begin = match is_held {
             true => Action::Hold { duration_s: BEGIN_S },
             false => Action::Relax { duration_s: BEGIN_S },
         };
         let mut actions = vec![begin];
         actions.extend(match (aim.touches[hand.user][finger], self) {
+            (false, _) if is_held => hand.hold(),
             (false, _) => hand.let_go(),
-            (true, Self::ThrowAimed(_)) => hand.throw(random),
+            (true, Self::ThrowAimed(_)) => {
+                hand.throw(if is_held { hand.point() } else { hand.press() }, random)
+            }
+            (true, _) if is_held => hand.point(),
             (true, _) => hand.press(),
         });
         actions
@@ -169,7 +183,7 @@ impl Policy {
         let mut actions = vec![Action::Relax { duration_s: BEGIN_S }];
         actions.extend(match self {
             Self::PressAlone if !is_first => hand.let_go(),
-            Self::Throw => hand.throw(random),
+            Self::Throw => hand.throw(hand.press(), random),
             Self::Tap => hand.taps(random),
             Self::TapBesidePresses if is_first => hand.taps(random),
             Self::Swing => hand.swing(),
@@ -179,6 +193,8 @@ impl Policy {
             Self::PointBesidePresses if is_first => hand.point(),
             Self::Slide => hand.slide(),
             Self::TouchAndLetGo => hand.touch_and_let_go(),
+            Self::Squeeze => hand.centred(hand.hold()),
+            Self::PressCentred => hand.centred(hand.press()),
             _ => hand.press(),
         });
         actions
@@ -207,13 +223,17 @@ impl Hand<'_> {
         vec![Action::Relax { duration_s: TO_THE_END_S }]
     }
 
-    fn throw(&self, random: &mut Random) -> Vec<Action> {
+    fn hold(&self) -> Vec<Action> {
+        vec![Action::Hold { duration_s: TO_THE_END_S }]
+    }
+
+    fn throw(&self, then: Vec<Action>, random: &mut Random) -> Vec<Action> {
         let force_n = 3.0 * self.force_n();
         let mut actions = vec![
             Action::Force { force_n, duration_s: 0.05 + 0.2 * random.unit() },
             Action::Relax { duration_s: 0.01 + 0.3 * random.unit() },
         ];
-        actions.extend(self.press());
+        actions.extend(then);
         actions
     }
 
@@ -250,7 +270,22 @@ impl Hand<'_> {
     }
 
     fn point(&self) -> Vec<Action> {
-        vec![self.reach(self.deep()), Action::Hold { duration_s: TO_THE_END_S }]
+        let mut actions = vec![self.reach(self.deep())];
+        actions.extend(self.hold());
+        actions
+    }
+
+    /// Away from the surface to above the middle of its side, along the axis next to its inward direction, and gently in.
+    fn centred(&self, then: Vec<Action>) -> Vec<Action> {
+        let axis = nearest_axis(self.inward);
+        let above = axis * self.at.dot(axis);
+        let mut actions = vec![
+            self.reach(self.at - self.inward * DEEP_M),
+            self.reach(above - axis * DEEP_M),
+            Action::Reach { to_m: above + axis * GENTLY_M, duration_s: GENTLY_S },
+        ];
+        actions.extend(then);
+        actions
     }
 
     fn slide(&self) -> Vec<Action> {
@@ -259,14 +294,21 @@ impl Hand<'_> {
         let side = if self.user.is_multiple_of(2) { 1.0 } else { -1.0 };
         let mut actions = vec![to(0.0)];
         actions.extend((0..4).flat_map(|_| [to(side), to(-side)]));
-        actions.push(Action::Hold { duration_s: TO_THE_END_S });
+        actions.extend(self.hold());
         actions
     }
 
     fn touch_and_let_go(&self) -> Vec<Action> {
         let mut actions: Vec<Action> =
             (0..4).flat_map(|_| [self.reach(self.deep()), self.reach(self.at)]).collect();
-        actions.push(Action::Hold { duration_s: TO_THE_END_S });
+        actions.extend(self.hold());
         actions
     }
+}
+
+/// The unit vector along an axis that is next to a direction.
+fn nearest_axis(direction: DVec3) -> DVec3 {
+    let along = DVec3::AXES.map(|axis| axis * direction.dot(axis));
+    let longest = along.into_iter().max_by(|one, other| one.length().total_cmp(&other.length()));
+    longest.map_or(direction, DVec3::normalize)
 }

@@ -30,7 +30,7 @@ const AXIS_M: f64 = 0.03;
 pub(super) enum Crowd {
     /// Two with one finger each, which is quick to analyse.
     Small,
-    /// Two to four with one or two.
+    /// Two to four with one or two; things may have weight, and there may be a second body.
     Any,
 }
 
@@ -52,12 +52,13 @@ impl Drawn {
         let drawn = if random.below(ONE_SOFT_OF) == 0 {
             Self::soft(&mut random)
         } else {
-            Self::rigid(&mut random, crowd)
+            // Of numbers of their own, so that a seed is the same scene but for them.
+            Self::rigid(&mut random, crowd, &mut Random::new(!seed))
         };
         drawn.around_the_line(&mut random)
     }
 
-    fn rigid(random: &mut Random, crowd: Crowd) -> Self {
+    fn rigid(random: &mut Random, crowd: Crowd, of_surroundings: &mut Random) -> Self {
         let space = one_of(random, &["line", "plane", "plane", "space"]);
         let shape = match space {
             "line" => "box",
@@ -69,12 +70,16 @@ impl Drawn {
             Crowd::Any => (one_of(random, &[2, 2, 2, 2, 3, 3, 4]), one_of(random, &[1, 1, 2])),
         };
         let surface = Surface { shape, space };
+        let surroundings = match crowd {
+            Crowd::Small => Surroundings::default(),
+            Crowd::Any => Surroundings::new(of_surroundings, space),
+        };
         let places = places(random, &surface, users, fingers);
-        let mut text = format!("space = \"{space}\"\n");
+        let mut text = format!("space = \"{space}\"\n{}", surroundings.gravity());
         text += &session(random, users);
-        text += &object(random, shape);
+        text += &object(random, &surface, surroundings);
         text += &couplings(random, space);
-        text += &walls(random, space);
+        text += &walls(random, &surface, surroundings);
         Self::parse(&(text + &people(random, &places)), &places)
     }
 
@@ -172,6 +177,30 @@ impl Drawn {
     }
 }
 
+/// What is around the body that hands touch.
+#[derive(Clone, Copy, Debug, Default)]
+struct Surroundings {
+    /// Things have weight, and there is a floor.
+    weighs: bool,
+    /// Another body stands beside it, out of reach.
+    beside: bool,
+}
+
+impl Surroundings {
+    fn new(random: &mut Random, space: &str) -> Self {
+        // The first numbers of neighbouring seeds are alike.
+        for _ in 0..8 {
+            random.unit();
+        }
+        let (weighs, beside) = (random.below(4) == 0, random.below(8) == 0);
+        Self { weighs: weighs && space == "space", beside: beside && space != "line" }
+    }
+
+    fn gravity(self) -> &'static str {
+        if self.weighs { "gravity_m_per_s2 = [0, 0, -9.81]\n" } else { "" }
+    }
+}
+
 pub(super) fn one_of<T: Copy>(random: &mut Random, among: &[T]) -> T {
     among[random.below(among.len())]
 }
@@ -211,18 +240,33 @@ fn session(random: &mut Random, users: usize) -> String {
     )
 }
 
-fn object(random: &mut Random, shape: &str) -> String {
+fn object(random: &mut Random, surface: &Surface, surroundings: Surroundings) -> String {
+    let shape = surface.shape;
+    let of_box = format!("size_m = {}", vector(2.0 * HALF_M));
     let form = match shape {
-        "box" => format!("size_m = {}", vector(2.0 * HALF_M)),
+        "box" => of_box.clone(),
         "ball" => format!("radius_m = {ROUND_M}"),
         "capsule" => format!("radius_m = {ROUND_M}\nlength_m = {}", 2.0 * AXIS_M),
         _ => format!("mesh = \"{}/tests/meshes/wedge.obj\"", env!("CARGO_MANIFEST_DIR")),
     };
     let friction = 0.2 + 0.8 * random.unit();
+    let mass = random.log_uniform(0.1, 1.0);
+    let body = format!("mass_kg = {mass}\nshape = \"{shape}\"\n{form}\n");
+    let bodies = match surroundings.beside {
+        true => {
+            let at = vector(DVec3::new(0.0, 0.4, HALF_M.z - surface.lowest_m()));
+            let other = format!("mass_kg = {mass}\nshape = \"box\"\n{of_box}\nposition_m = {at}\n");
+            format!("[[body]]\nname = \"object\"\n{body}[[body]]\nname = \"other\"\n{other}")
+        }
+        false => format!("[object]\n{body}"),
+    };
+    // Weights are no reason for a limit to act.
+    let governor = match surroundings.weighs {
+        true => "[governor]\nmax_force_n = 200\nmax_slew_n_per_s = 1e6\n",
+        false => "",
+    };
     format!(
-        "[object]\nmass_kg = {}\nshape = \"{shape}\"\n{form}\n\
-         [contact]\nstatic_friction = {friction}\ndynamic_friction = {}\n",
-        random.log_uniform(0.1, 1.0),
+        "{bodies}{governor}[contact]\nstatic_friction = {friction}\ndynamic_friction = {}\n",
         0.9 * friction
     )
 }
@@ -248,19 +292,24 @@ fn couplings(random: &mut Random, space: &str) -> String {
     text
 }
 
-fn walls(random: &mut Random, space: &str) -> String {
-    let ground = match space {
+fn walls(random: &mut Random, surface: &Surface, surroundings: Surroundings) -> String {
+    let mut text = match surface.space {
         "plane" => format!("[ground]\nfriction_coefficient = {}\n", one_of(random, &[0.0, 0.05])),
         _ => String::new(),
     };
     let (k, b) = (random.log_uniform(500.0, 5000.0), random.log_uniform(3.0, 40.0));
-    if random.below(10) >= 3 {
-        return ground;
+    let right = (random.below(10) < 3).then(|| ("right", DVec3::X * 0.08, DVec3::NEG_X));
+    let floor = surroundings.weighs.then(|| ("floor", DVec3::NEG_Z * surface.lowest_m(), DVec3::Z));
+    let planes: Vec<_> = right.into_iter().chain(floor).collect();
+    if !planes.is_empty() {
+        text += &format!("[wall]\nstiffness_n_per_m = {k}\ndamping_n_s_per_m = {b}\n");
     }
-    format!(
-        "{ground}[wall]\nstiffness_n_per_m = {k}\ndamping_n_s_per_m = {b}\n\
-         [[wall.plane]]\nname = \"right\"\npoint_m = [0.08, 0, 0]\nnormal = [-1, 0, 0]\n"
-    )
+    for (name, point, normal) in planes {
+        let (point, normal) = (vector(point), vector(normal));
+        writeln!(text, "[[wall.plane]]\nname = \"{name}\"\npoint_m = {point}\nnormal = {normal}")
+            .expect("a string");
+    }
+    text
 }
 
 fn people(random: &mut Random, places: &[Vec<(DVec3, DVec3)>]) -> String {
@@ -308,6 +357,11 @@ fn places(random: &mut Random, surface: &Surface, users: usize, fingers: usize) 
 }
 
 impl Surface {
+    /// How far its lowest point is below its centre, m.
+    fn lowest_m(&self) -> f64 {
+        if matches!(self.shape, "ball" | "capsule") { ROUND_M } else { HALF_M.z }
+    }
+
     /// Up to 1 cm to any side.
     fn aside(&self, random: &mut Random) -> DVec3 {
         let free = match self.space {
@@ -327,7 +381,7 @@ impl Surface {
         };
         match self.shape {
             "ball" => round(DVec3::ZERO),
-            "capsule" => round(DVec3::Y * (AXIS_M * side.y + aside.y).clamp(-AXIS_M, AXIS_M)),
+            "capsule" => round(DVec3::Y * if side.y == 0.0 { aside.y } else { AXIS_M * side.y }),
             "mesh" if side == DVec3::X => {
                 // The slanted face through (0.04, 0).
                 let (outward, along) = (DVec3::new(4.0, 1.0, 0.0).normalize(), DVec3::new(-1.0, 4.0, 0.0));

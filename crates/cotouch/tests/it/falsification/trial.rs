@@ -52,17 +52,16 @@ pub(super) enum Ending {
 }
 
 impl Trial {
-    /// Runs of up to `longest_s` show what grows. What is neither called stable nor unstable is not run.
+    /// Runs of up to `longest_s` show what grows. What is left open is run like what is called stable: it may be either.
     pub(super) fn new(seed: u64, crowd: Crowd, longest_s: f64) -> Self {
         let drawn = Drawn::new(seed, crowd);
         let stability = analyze(&drawn.scene).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         let moved = match stability.stable {
-            Some(true) => attack(seed, &drawn, &stability, SHORTEST_S, Moved::lasts),
+            Some(true) | None => attack(seed, &drawn, &stability, SHORTEST_S, Moved::lasts),
             Some(false) => {
                 let seconds = time_to_show(&stability).min(longest_s);
                 attack(seed, &drawn, &stability, seconds, Moved::is_shown)
             }
-            None => None,
         };
         Self { seed, scene: drawn.scene, stability, moved }
     }
