@@ -10,6 +10,7 @@ mod predictor;
 mod probing;
 mod progress;
 mod session;
+mod tickets;
 mod trace;
 
 use std::process::ExitCode;

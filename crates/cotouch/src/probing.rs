@@ -4,9 +4,9 @@ use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
 use anyhow::Context as _;
-use cotouch_net::{MAX_DATAGRAM, ProbeConfig, ProbeReport, Prober, Route, reflect_probe};
+use cotouch_net::{MAX_DATAGRAM, ProbeConfig, ProbeReport, Prober, Route, Ticket, reflect_probe};
 use cotouch_runtime::clock;
-use cotouch_runtime::transport::{self, Arrival, DynTransport};
+use cotouch_runtime::transport::{self, Arrival, Secured, Transport as _, Unreached};
 use cotouch_scene::time::Rate;
 
 use crate::progress::Stop;
@@ -15,26 +15,28 @@ use crate::progress::Stop;
 const DATAGRAM_BYTES: usize = 128;
 /// How long to wait for stragglers.
 const LINGER_S: f64 = 0.5;
+/// How long to wait for the first answer.
+const PATIENCE: Duration = Duration::from_secs(5);
 /// Between two looks at the flag that ends the work.
 const LOOK: Duration = Duration::from_millis(50);
 
 /// The end that sends probes back.
 pub(crate) struct Reflector {
-    end: Box<DynTransport>,
-    route: Route,
+    end: Secured,
+    ticket: Ticket,
 }
 
 impl Reflector {
     /// Listens at `route`.
     pub(crate) fn listen(route: Route) -> anyhow::Result<Self> {
-        let end = transport::listen(route)?;
-        let route = end.route()?;
-        Ok(Self { end, route })
+        let end = Secured::serve(transport::listen(route)?);
+        let ticket = end.ticket()?;
+        Ok(Self { end, ticket })
     }
 
-    /// Where it listens.
-    pub(crate) const fn route(&self) -> Route {
-        self.route
+    /// What one measures with; the address in it is where it listens.
+    pub(crate) const fn ticket(&self) -> Ticket {
+        self.ticket
     }
 
     /// Sends probes back until `stop` is set, and says how many.
@@ -42,7 +44,7 @@ impl Reflector {
         let mut buffer = [0; MAX_DATAGRAM + 1];
         let mut reflected = 0;
         while !stop.is_set() {
-            let Some(Arrival { at, from, length }) = receive(&*self.end, &mut buffer)? else { continue };
+            let Some(Arrival { at, from, length }) = receive(&self.end, &mut buffer)? else { continue };
             let Some(echo) = reflect_probe(&buffer[..length]) else { continue };
             // A full buffer or an unreachable asker is a loss like any other.
             reflected += u64::from(self.end.send(at, from, &echo).is_ok());
@@ -53,14 +55,22 @@ impl Reflector {
 
 /// The end that measures.
 pub(crate) struct LinkProbe {
-    end: Box<DynTransport>,
+    end: Secured,
     server: Route,
 }
 
 impl LinkProbe {
-    /// Measures the link to `server`.
-    pub(crate) fn connect(server: Route) -> anyhow::Result<Self> {
-        Ok(Self { end: transport::connect(server)?, server })
+    /// Measures the link to the server of `ticket`, which is reached first.
+    pub(crate) fn connect(ticket: Ticket, stop: &Stop) -> anyhow::Result<Self> {
+        let address = ticket.address;
+        let end = Secured::join(transport::connect(address)?, ticket, clock::now());
+        end.reach_server(PATIENCE, &|| !stop.is_set()).map_err(|unreached| match unreached {
+            Unreached::Silent => anyhow::anyhow!(
+                "nothing came back from {address}; is `cotouch probe serve` running there, and do datagrams get through?"
+            ),
+            other => anyhow::anyhow!("the link to {address} was not measured: {other}"),
+        })?;
+        Ok(Self { end, server: ticket.key.server() })
     }
 
     /// Sends at `rate` for `duration_s` and listens; `show` hears the share that is done.
@@ -82,8 +92,8 @@ impl LinkProbe {
         let core = Mutex::new(Prober::new(config, self.server, start));
         let ended = Stop::default();
         std::thread::scope(|scope| {
-            let listener = scope.spawn(|| listen(&*self.end, &core, &ended));
-            let sent = send(&*self.end, &core, stop, &mut |elapsed_s| show(elapsed_s / duration_s));
+            let listener = scope.spawn(|| listen(&self.end, &core, &ended));
+            let sent = send(&self.end, &core, stop, &mut |elapsed_s| show(elapsed_s / duration_s));
             ended.set();
             let heard = listener.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             sent.and(heard)
@@ -93,12 +103,7 @@ impl LinkProbe {
 }
 
 /// Sends what is due, when it is due, then waits for stragglers.
-fn send(
-    end: &DynTransport,
-    core: &Mutex<Prober>,
-    stop: &Stop,
-    show: &mut dyn FnMut(f64),
-) -> anyhow::Result<()> {
+fn send(end: &Secured, core: &Mutex<Prober>, stop: &Stop, show: &mut dyn FnMut(f64)) -> anyhow::Result<()> {
     let start = clock::now();
     while !stop.is_set() {
         let now = clock::now();
@@ -120,7 +125,7 @@ fn send(
 }
 
 /// Takes in what comes, until `ended`.
-fn listen(end: &DynTransport, core: &Mutex<Prober>, ended: &Stop) -> anyhow::Result<()> {
+fn listen(end: &Secured, core: &Mutex<Prober>, ended: &Stop) -> anyhow::Result<()> {
     let mut buffer = [0; MAX_DATAGRAM + 1];
     while !ended.is_set() {
         if let Some(Arrival { at, from, length }) = receive(end, &mut buffer)? {
@@ -131,7 +136,7 @@ fn listen(end: &DynTransport, core: &Mutex<Prober>, ended: &Stop) -> anyhow::Res
 }
 
 /// The next datagram, if one comes before the transport's time-out.
-fn receive(end: &DynTransport, buffer: &mut [u8]) -> anyhow::Result<Option<Arrival>> {
+fn receive(end: &Secured, buffer: &mut [u8]) -> anyhow::Result<Option<Arrival>> {
     end.receive(clock::now(), buffer).context("nothing can be received")
 }
 
@@ -150,10 +155,10 @@ mod tests {
     #[test]
     fn probes_come_back_over_loopback() {
         let reflector = Reflector::listen(loopback()).unwrap();
-        let (route, stop) = (reflector.route(), Stop::default());
+        let (ticket, stop) = (reflector.ticket(), Stop::default());
         std::thread::scope(|scope| {
             let serving = scope.spawn(|| reflector.run(&stop));
-            let mut prober = LinkProbe::connect(route).unwrap();
+            let mut prober = LinkProbe::connect(ticket, &Stop::default()).unwrap();
             let report = prober.measure("500".parse().unwrap(), 0.2, &Stop::default(), &mut |_| {}).unwrap();
             stop.set();
             assert_eq!((report.sent, report.received, report.lost), (100, 100, 0));
@@ -162,10 +167,19 @@ mod tests {
     }
 
     #[test]
-    fn nobody_there_is_a_loss_and_no_failure() {
-        let free = transport::listen(loopback()).unwrap().route().unwrap();
-        let mut prober = LinkProbe::connect(free).unwrap();
-        let report = prober.measure("100".parse().unwrap(), 0.05, &Stop::default(), &mut |_| {}).unwrap();
-        assert_eq!((report.received, report.lost), (0, 5));
+    fn nobody_there_and_another_ticket_are_told_apart() {
+        let reflector = Reflector::listen(loopback()).unwrap();
+        let Ticket { address, key } = reflector.ticket();
+        let other = Reflector::listen(loopback()).unwrap().ticket();
+        let why =
+            |ticket| LinkProbe::connect(ticket, &Stop::default()).err().expect("not reached").to_string();
+        assert!(why(Ticket { address: other.address, key }).starts_with("nothing came back"));
+        let stop = Stop::default();
+        std::thread::scope(|scope| {
+            scope.spawn(|| reflector.run(&stop));
+            let why = why(Ticket { address, ..other });
+            stop.set();
+            assert!(why.contains("the ticket is not for this session"), "{why}");
+        });
     }
 }

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::thread;
 
 use anyhow::Context as _;
-use cotouch_net::Route;
+use cotouch_net::{Route, Ticket};
 use cotouch_runtime::{
     DeviceChoice, LOOK_PERIOD, LiveSession, OwnLimits, RealTimeOptions, RecordingReader, Replayed, Summary,
     TickRecord, numbered_path, real_time, virtual_run,
@@ -79,12 +79,12 @@ pub(crate) fn start_serving(scene: &Scene, listen: Route, plan: &Plan) -> anyhow
 
 /// Joins a session, unless `stop` is set before it answers; its scene comes from the server.
 pub(crate) fn start_joining(
-    server: Route,
+    ticket: Ticket,
     user: Option<&str>,
     plan: &Plan,
     stop: &Stop,
 ) -> anyhow::Result<(Scene, LiveSession)> {
-    let (scene, handle) = real_time::join(server, user, &options(plan), &|| !stop.is_set())?;
+    let (scene, handle) = real_time::join(ticket, user, &options(plan), &|| !stop.is_set())?;
     Ok((scene, LiveSession::fixed(handle)))
 }
 

@@ -12,6 +12,8 @@
 //! - [`LinkStatistics`]: losses from sequence gaps; rms jitter `√(Σ(r_i − r̄)²/N)`.
 //! - [`Endpoint`]: one host's end of a session: join, start in phase, exchange, leave, time-out, return. [`SceneFetch`] gets the
 //!   scene before that.
+//! - [`SecureNode`]: between an endpoint and a transport; encrypts and authenticates every datagram, and knows peers by
+//!   their keys. [`Ticket`]: what one must hold to join.
 //! - [`SimulatedLink`]: Gilbert–Elliott loss `p = q/(q + r)`, mean burst `1/r`, jitter, reordering, rate limit.
 //! - [`Prober`]: the measurement of a real link.
 //!
@@ -36,6 +38,7 @@
 //! # Ok::<(), cotouch_net::WireError>(())
 //! ```
 
+mod backoff;
 mod clock;
 mod link;
 mod message;
@@ -44,6 +47,7 @@ mod play_out;
 mod probe;
 mod route;
 mod scene_fetch;
+mod secure;
 mod session;
 mod statistics;
 mod text;
@@ -57,6 +61,10 @@ pub use play_out::{PlayOutBuffer, PlayOutCounts};
 pub use probe::{ProbeConfig, ProbeReport, Prober, RateSweep, reflect_probe};
 pub use route::Route;
 pub use scene_fetch::{SceneFetch, SceneFetchError};
+pub use secure::{
+    Entropy, MAX_SEALED, PublicKey, Rejections, SealedTransmit, SecureNode, SessionKey, Ticket, TicketError,
+    Unwelcome,
+};
 pub use session::{Config, ConfigError, Counters, Endpoint, Event, PeerInfo, Presence, SendError, StartWhen};
 pub use statistics::{LinkStatistics, RoundTrip, SequenceCounts};
 pub use text::{MAX_TEXT_BYTES, Text, printable};

@@ -15,8 +15,8 @@ pub(crate) const SCENE_PART_BYTES: usize = 1000;
 /// Padding of a [`Control::SceneRequest`], bytes: more than the longest answer has beyond its own fields.
 pub(crate) const SCENE_REQUEST_PADDING: usize = 1024;
 
-/// One life of one host, and who a peer is wherever it is reached: a random number that a host draws when it starts, so that one
-/// that died and came back is told apart from the old one.
+/// One life of one host: a random number that a host draws when it starts, so that one that died and came back is told apart from
+/// the old one. All members know it, and it proves nothing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PeerId(pub u64);
 
@@ -54,7 +54,7 @@ pub enum Control {
     },
     /// Between any two hosts that exchange state; greeting, keep-alive and first half of a clock exchange.
     Ping {
-        /// The id of the sender, which shows that it is the peer.
+        /// The id of the sender: which life of it this is.
         id: PeerId,
         /// When it was sent, ns of the sender's clock (t1).
         sent_ns: i64,
@@ -74,7 +74,7 @@ pub enum Control {
     },
     /// The sender leaves; repeated until acknowledged.
     Leave {
-        /// The id of the sender, which shows that it is the peer.
+        /// The id of the sender: which life of it this is.
         id: PeerId,
         /// Why it leaves, in words for people.
         reason: Text,

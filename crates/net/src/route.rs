@@ -10,10 +10,10 @@ use crate::text::{MAX_TEXT_BYTES, Text};
 
 /// Where a peer is reached, as the transport knows it.
 ///
-/// To the protocol a route is opaque: it comes with a datagram, is compared, told to other hosts, and handed back to the
-/// transport. It is not who a peer is; that is its [`PeerId`](crate::PeerId), which stays the same when its route changes.
-/// A transport without socket addresses names its routes `SCHEME:REST`, such as `unix:/run/user/1000/cotouch`. Where a
-/// transport authenticates its peers, REST is the peer's public key, and a route is proof of who sent a datagram.
+/// To the protocol a route is opaque: it comes with a datagram, is compared, told to other hosts, and handed back to what
+/// carries datagrams. A transport without socket addresses names its routes `SCHEME:REST`, such as
+/// `unix:/run/user/1000/cotouch`; to a session over a network they are `key:` and the peer's public key, which the secured layer
+/// ([`SecureNode`](crate::SecureNode)) proves and maps to where the peer is.
 ///
 /// On the wire a route is what `SocketAddr` is in postcard, with one more variant: 0, four bytes and a port; 1, sixteen
 /// bytes and a port; or 2 and a text.

@@ -19,11 +19,12 @@
 //! ```
 //!
 //! Everything that must arrive is repeated with growing pauses until it is answered. A join proves by a cookie that its sender's
-//! address is real before anything is remembered or more than one small reply is sent to it. Nothing is encrypted or
-//! authenticated: whoever can read the session's datagrams can forge them.
+//! address is real before anything is remembered or more than one small reply is sent to it.
 //!
-//! A peer is known by its host index and its [`PeerId`](crate::PeerId), which it draws when it starts and which the server
-//! tells all others. Where it is reached may change: a ping with its id from another route is followed from then on.
+//! A peer is known by its route, and each of its lives by a [`PeerId`](crate::PeerId), which it draws when it starts and which the server
+//! tells all others. What comes by another route is not its. Over a network, routes are public keys, and
+//! [`SecureNode`](crate::SecureNode) proves who sent what, encrypts it, and finds a peer whose address changes; over the simulated links inside one
+//! process, routes are what the simulation says.
 
 mod admission;
 mod config;

@@ -36,7 +36,7 @@ use crate::route::Route;
 pub const MAX_DATAGRAM: usize = 1200;
 
 /// Version of everything that this crate puts on the wire.
-pub const PROTOCOL_VERSION: u16 = 2;
+pub const PROTOCOL_VERSION: u16 = 3;
 
 /// Length of the header that every datagram starts with, bytes.
 pub const HEADER_BYTES: usize = size_of::<RawHeader>();
@@ -69,10 +69,24 @@ pub enum DatagramKind {
     Probe,
     /// The same on its way back.
     Echo,
+    /// First message of a handshake.
+    Initiation,
+    /// The answer to it.
+    Response,
+    /// The answer to whoever may not talk to a host.
+    Rejection,
 }
 
 impl DatagramKind {
-    const ALL: [Self; 4] = [Self::State, Self::Control, Self::Probe, Self::Echo];
+    const ALL: [Self; 7] = [
+        Self::State,
+        Self::Control,
+        Self::Probe,
+        Self::Echo,
+        Self::Initiation,
+        Self::Response,
+        Self::Rejection,
+    ];
 
     const fn byte(self) -> u8 {
         match self {
@@ -80,6 +94,9 @@ impl DatagramKind {
             Self::Control => 2,
             Self::Probe => 3,
             Self::Echo => 4,
+            Self::Initiation => 5,
+            Self::Response => 6,
+            Self::Rejection => 7,
         }
     }
 }

@@ -8,7 +8,7 @@ use std::thread;
 use std::time::Duration;
 
 use cotouch_net::{Entry, StatePacket};
-use cotouch_runtime::transport::{self, Impaired};
+use cotouch_runtime::transport::{self, Secured, Transport as _};
 use cotouch_runtime::{Failures, HapticPort, NetworkThreads, clock, full_session_endpoint};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::load;
@@ -72,17 +72,13 @@ fn bare_udp() -> Result<f64, Box<dyn std::error::Error>> {
 fn transport() -> Result<f64, Box<dyn std::error::Error>> {
     let scene = load("single-axis", &["rates.network_hz=1000".parse()?, "rates.control_hz=1000".parse()?])?;
     let any = transport::parse("127.0.0.1:0")?;
-    let sockets = [transport::listen(any)?, transport::listen(any)?];
-    let server = sockets[0].route()?;
+    let server = Secured::serve(transport::listen(any)?);
+    let (route, ticket) = (server.route()?, server.ticket()?);
+    let joiner = Secured::join(transport::connect(ticket.address)?, ticket, clock::now());
     let mut ends: Vec<(NetworkThreads, HapticPort)> = Vec::new();
-    for (host, socket) in (0u8..).map(HostIndex).zip(sockets) {
-        let endpoint = full_session_endpoint(&scene, host, server, clock::now());
-        ends.push(NetworkThreads::start(
-            Impaired::new(socket),
-            endpoint,
-            &host.to_string(),
-            &Failures::default(),
-        )?);
+    for (host, socket) in (0u8..).map(HostIndex).zip([server, joiner]) {
+        let endpoint = full_session_endpoint(&scene, host, route, clock::now());
+        ends.push(NetworkThreads::start(socket, endpoint, &host.to_string(), &Failures::default())?);
     }
     // The session begins when the clocks of both ends are known, and nobody tells of it.
     while ends.iter_mut().any(|(_, port)| port.clock().is_none()) {

@@ -6,7 +6,7 @@ use std::net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 use std::thread;
 
-use cotouch_net::Route;
+use cotouch_net::Ticket;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 
@@ -20,7 +20,7 @@ use crate::snapshot::Snapshot;
 pub(crate) struct FreePlace {
     user: HostIndex,
     name: String,
-    server: Route,
+    ticket: Ticket,
     impairment: Impairment,
 }
 
@@ -33,18 +33,18 @@ pub(crate) struct Guests {
 impl Guests {
     /// The place of `user` in a session, if it is free and others can join.
     pub(crate) fn free_place(&self, session: &SessionHandle, user: HostIndex) -> Option<FreePlace> {
-        let server = session.server().filter(|_| !session.has_ended())?;
+        let ticket = session.ticket().filter(|_| !session.has_ended())?;
         let is_free = |seat: &Seat| seat.user == user && seat.by == HeldBy::Nobody;
         let Seat { name, .. } = self.seats(session).into_iter().find(is_free)?;
-        Some(FreePlace { user, name, server, impairment: session.present_scene().link.impairment.clone() })
+        Some(FreePlace { user, name, ticket, impairment: session.present_scene().link.impairment.clone() })
     }
 
     /// Lets a guest in. Blocks for as long as joining takes.
     pub(crate) fn let_in(&self, place: FreePlace) -> Result<PointerHandle, TakeError> {
-        let FreePlace { user, name, server, impairment } = place;
+        let FreePlace { user, name, ticket, impairment } = place;
         let impairment = (impairment != Impairment::NONE).then_some(impairment);
         let options = RealTimeOptions { impairment, ..RealTimeOptions::default() };
-        let joined = real_time::join(from_here(server), Some(&name), &options, &|| true);
+        let joined = real_time::join(from_here(ticket), Some(&name), &options, &|| true);
         let (_, session) = joined.map_err(|error| TakeError::NotLetIn { name, why: error.to_string() })?;
         let session = Arc::new(session);
         let hand = session.take(user)?;
@@ -113,15 +113,15 @@ impl Drop for Guest {
     }
 }
 
-/// The address at which this process reaches a server that listens at `server`.
-fn from_here(server: Route) -> Route {
-    let Some(address) = server.socket_address() else { return server };
+/// The ticket with the address at which this process reaches the server.
+fn from_here(ticket: Ticket) -> Ticket {
+    let Some(address) = ticket.address.socket_address() else { return ticket };
     let ip = match address.ip() {
         IpAddr::V4(ip) if ip.is_unspecified() => Ipv4Addr::LOCALHOST.into(),
         IpAddr::V6(ip) if ip.is_unspecified() => Ipv6Addr::LOCALHOST.into(),
         ip => ip,
     };
-    SocketAddr::new(ip, address.port()).into()
+    Ticket { address: SocketAddr::new(ip, address.port()).into(), ..ticket }
 }
 
 /// Waits until the force has faded out and nobody looks at the session any more, and leaves it.

@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 
 use cotouch_device::guided_scene;
+use cotouch_net::Ticket;
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
 use cotouch_scene::time::LocalTime;
@@ -249,6 +250,13 @@ impl LiveSession {
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         self.shared.present().handle.as_ref().and_then(SessionHandle::warning)
+    }
+
+    /// What others join with, where the session's first host is in this process and lets others in.
+    #[must_use]
+    pub fn ticket(&self) -> Option<Ticket> {
+        let present = self.shared.present();
+        present.handle.as_ref().filter(|handle| handle.hosts().contains(&HostIndex::FIRST))?.ticket()
     }
 
     /// As [`SessionHandle::has_lost_the_server`].

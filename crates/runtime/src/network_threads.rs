@@ -1,8 +1,8 @@
 //! Threads around the protocol of one host.
 //!
 //! Two threads share the endpoint and a [transport](crate::transport): one waits for what arrives and takes it in; the other
-//! sends what the haptic thread leaves for it, and keeps the timers of the protocol and the transport. The haptic thread never
-//! locks: it meets them at bounded queues and a latest-value exchange ([`HapticPort`]).
+//! sends what the haptic thread leaves for it, and keeps the timers of the protocol and the transport. Datagrams are sealed and opened in these
+//! threads, before the protocol's lock is taken where they come in. The haptic thread never locks: it meets them at bounded queues and a latest-value exchange ([`HapticPort`]).
 
 use std::collections::VecDeque;
 use std::io;
@@ -11,7 +11,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle, Thread};
 use std::time::Duration;
 
-use cotouch_net::{ClockMap, Endpoint, Event, StatePacket, printable};
+use cotouch_net::{ClockMap, Endpoint, Event, Rejections, StatePacket, printable};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
 use cotouch_scene::time::{LocalTime, SessionTime};
@@ -19,7 +19,7 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 use crate::clock;
 use crate::failures::{Failures, spawn_essential};
 use crate::priority::{HELPER_STACK_BYTES, raise_network_thread};
-use crate::transport::{DynTransport, Impaired, MAX_WAIT, Transport};
+use crate::transport::{MAX_WAIT, Secured, Transport as _};
 
 /// State packets that may wait for the haptic thread, and for the sender.
 const QUEUE: usize = 256;
@@ -99,7 +99,7 @@ pub struct NetworkThreads {
 }
 
 struct Shared {
-    transport: Impaired<DynTransport>,
+    transport: Secured,
     protocol: Mutex<Protocol>,
     stop: AtomicBool,
     dropped_inbound: AtomicU64,
@@ -124,7 +124,7 @@ impl NetworkThreads {
     /// # Errors
     /// When a thread cannot be started.
     pub fn start(
-        transport: Impaired<DynTransport>,
+        transport: Secured,
         endpoint: Endpoint,
         name: &str,
         failures: &Failures,
@@ -192,6 +192,12 @@ impl NetworkThreads {
     pub fn impair(&self, impairment: &Impairment, seed: u64, from: HostIndex) {
         self.shared.transport.impair(impairment, seed, from);
         self.sender.unpark();
+    }
+
+    /// Datagrams that were rejected before the protocol saw them.
+    #[must_use]
+    pub fn rejections(&self) -> Rejections {
+        self.shared.transport.rejections()
     }
 
     /// State packets that the haptic thread was too late to take.

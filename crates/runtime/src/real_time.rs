@@ -10,7 +10,7 @@ use std::time::Duration;
 
 use cotouch_device::{Device, DeviceOpenError};
 use cotouch_host::SlowLoop;
-use cotouch_net::{Endpoint, Route};
+use cotouch_net::{Endpoint, Route, Ticket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, Link, PlayOut, Scene};
 
@@ -22,7 +22,7 @@ use crate::failures::Failures;
 use crate::force_off;
 use crate::haptic_host::HapticHost;
 use crate::haptic_loop;
-use crate::joining::{fetch_scene, full_session_endpoint, joining_endpoint, serving_endpoint};
+use crate::joining::{fetch_scene, joining_endpoint, local_endpoint, reach_server, serving_endpoint};
 use crate::mailbox;
 use crate::network_threads::{HapticPort, NetworkThreads};
 use crate::options::RealTimeOptions;
@@ -37,7 +37,7 @@ use crate::snapshot::HostSnapshot;
 use crate::start_error::{JOIN_PATIENCE, StartError};
 use crate::station::Station;
 use crate::timing::Timing;
-use crate::transport::{self, DynTransport, Impaired};
+use crate::transport::{self, Secured};
 use crate::watchdog;
 
 /// A host that takes part, with its network threads.
@@ -119,11 +119,19 @@ pub fn run_local_with(
     let mut seats = Vec::new();
     let any = SocketAddr::from((Ipv4Addr::LOCALHOST, 0));
     let ends = scene.hosts().map(|_| transport::listen(any.into())).collect::<Result<Vec<_>, _>>()?;
-    let server = ends[0].route().map_err(StartError::Thread)?;
+    let mut session: Option<Ticket> = None;
     for (host, end) in scene.hosts().zip(ends) {
-        let endpoint = full_session_endpoint(scene, host, server, clock::now());
+        let (end, ticket) = match session {
+            Some(ticket) => (Secured::join(end, ticket, clock::now()), ticket),
+            None => {
+                let end = Secured::serve(end);
+                let ticket = end.ticket().map_err(StartError::Thread)?;
+                (end, *session.insert(ticket))
+            }
+        };
+        let endpoint = local_endpoint(scene, host, ticket.key.server(), clock::now());
         seats.push(take_seat(end, endpoint, host, scene.session.seed, options, &control.failures)?);
-        wait_to_be_taken_in(&seats[host.index()].0, server, &|| true)?;
+        wait_to_be_taken_in(&seats[host.index()].0, ticket.address, &|| true)?;
     }
     Ok(start(scene, simulation, seats, devices, options, control)?.with_limits(limits, None))
 }
@@ -140,71 +148,71 @@ pub fn serve(
     let limits = options.limits.unwrap_or_else(|| OwnLimits::of(scene));
     let scene = &limits.apply(scene);
     let simulation = slow_simulation(scene)?;
-    let end = transport::listen(listen.into())?;
-    let server = end.route().map_err(StartError::Thread)?;
+    let end = Secured::serve(transport::listen(listen.into())?);
+    let ticket = end.ticket().map_err(StartError::Thread)?;
     let endpoint = serving_endpoint(scene, clock::now());
     let control = Arc::new(Control::default());
     let seat = take_seat(end, endpoint, HostIndex::FIRST, scene.session.seed, options, &control.failures)?;
-    let handle = start_one(scene, simulation, (seat, HostIndex::FIRST), server, options, control)?;
+    let handle = start_one(scene, simulation, (seat, HostIndex::FIRST), ticket, options, control)?;
     Ok(handle.with_limits(limits, None))
 }
 
-/// Joins the session at `server` as `user`, or as anyone who is still missing; the scene comes from the server, and is given with no
+/// Joins the session of `ticket` as `user`, or as anyone who is still missing; the scene comes from the server, and is given with no
 /// more force than the limits of `options` allow. While an answer is
 /// waited for, `wanted` is asked again and again whether to go on.
 ///
 /// # Errors
-/// When nobody answers, the session turns this host away, it is no longer wanted, or a thread or the recording cannot be
+/// When nobody answers, the ticket is another session's, the session turns this host away, it is no longer wanted, or a thread or the recording cannot be
 /// had.
 pub fn join(
-    server: impl Into<Route>,
+    ticket: Ticket,
     user: Option<&str>,
     options: &RealTimeOptions,
     wanted: &dyn Fn() -> bool,
 ) -> Result<(Scene, SessionHandle), StartError> {
-    let server = server.into();
-    let end = transport::connect(server)?;
-    let asked = fetch_scene(&*end, server, JOIN_PATIENCE, wanted)?;
+    let server = ticket.address;
+    let end = Secured::join(transport::connect(server)?, ticket, clock::now());
+    reach_server(&end, server, JOIN_PATIENCE, wanted)?;
+    let asked = fetch_scene(&end, server, JOIN_PATIENCE, wanted)?;
     let limits = options.limits.unwrap_or(OwnLimits::BUILT_IN);
     let scene = limits.apply(&asked);
     // Made before the session hears of this host: it may take a while.
     let simulation = slow_simulation(&scene)?;
     // In the session it is the scene that was asked for: what this host allows is its own affair.
-    let endpoint = joining_endpoint(&asked, user, server, clock::now());
+    let endpoint = joining_endpoint(&asked, user, ticket.key.server(), clock::now());
     let control = Arc::new(Control::default());
     let (network, port) =
         take_seat(end, endpoint, HostIndex(u8::MAX), scene.session.seed, options, &control.failures)?;
     wait_to_be_taken_in(&network, server, wanted)?;
     let host = network.with_endpoint(|endpoint| endpoint.host()).ok_or(StartError::Silence { server })?;
-    let handle = start_one(&scene, simulation, ((network, port), host), server, options, control)?;
+    let handle = start_one(&scene, simulation, ((network, port), host), ticket, options, control)?;
     Ok((scene, handle.with_limits(limits, limits.refusal(&asked))))
 }
 
-/// Starts the host that has this seat in the session at `server`.
+/// Starts the host that has this seat in the session of `ticket`.
 fn start_one(
     scene: &Scene,
     simulation: Option<SlowLoop>,
     (seat, host): (JoinedHost, HostIndex),
-    server: Route,
+    ticket: Ticket,
     options: &RealTimeOptions,
     control: Arc<Control>,
 ) -> Result<SessionHandle, StartError> {
     let (device, place) = device_of(scene, host, options)?;
     let handle = start(scene, simulation, vec![seat], vec![device], options, control)?;
-    Ok(handle.with_places(place.into_iter().collect()).with_server(server))
+    Ok(handle.with_places(place.into_iter().collect()).with_ticket(ticket))
 }
 
 fn take_seat(
-    end: Box<DynTransport>,
+    end: Secured,
     endpoint: Endpoint,
     host: HostIndex,
     seed: u64,
     options: &RealTimeOptions,
     failures: &Failures,
 ) -> Result<JoinedHost, StartError> {
-    let transport = Impaired::new(end);
-    transport.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
-    NetworkThreads::start(transport, endpoint, &host.to_string(), failures).map_err(StartError::Thread)
+    end.impair(options.impairment.as_ref().unwrap_or(&Impairment::NONE), seed, host);
+    NetworkThreads::start(end, endpoint, &host.to_string(), failures).map_err(StartError::Thread)
 }
 
 fn wait_to_be_taken_in(

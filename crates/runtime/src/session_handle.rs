@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use cotouch_net::{LinkStatistics, Presence, Route};
+use cotouch_net::{LinkStatistics, Presence, Rejections, Ticket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Link, Scene};
 
@@ -55,8 +55,8 @@ pub struct SessionHandle {
     recording: Option<RecordingThread>,
     /// Hands that pointers may take.
     places: Vec<GuidedHand>,
-    /// Where others join, if they can.
-    server: Option<Route>,
+    /// What others join with, if they can.
+    ticket: Option<Ticket>,
     told: Told,
     /// What this host allows, whatever a changed scene asks for.
     limits: OwnLimits,
@@ -99,7 +99,7 @@ impl SessionHandle {
             haptic: Some(haptic),
             recording,
             places: Vec::new(),
-            server: None,
+            ticket: None,
             told: Told::default(),
             limits,
             refusal: None,
@@ -112,9 +112,9 @@ impl SessionHandle {
         self
     }
 
-    /// The same session, which others join at `server`.
-    pub(crate) fn with_server(mut self, server: Route) -> Self {
-        self.server = Some(server);
+    /// The same session, which others join with `ticket`.
+    pub(crate) fn with_ticket(mut self, ticket: Ticket) -> Self {
+        self.ticket = Some(ticket);
         self
     }
 
@@ -130,9 +130,10 @@ impl SessionHandle {
         self.limits
     }
 
-    /// Where others join, if they can.
-    pub(crate) fn server(&self) -> Option<Route> {
-        self.server
+    /// What others join with, if they can. The address in it is where the server listens.
+    #[must_use]
+    pub const fn ticket(&self) -> Option<Ticket> {
+        self.ticket
     }
 
     /// The scene that this session began with.
@@ -380,6 +381,7 @@ impl SessionHandle {
         let Control { failures, heartbeat, .. } = &*self.control;
         let reason = if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
         let locals = std::mem::take(&mut *self.lock());
+        let rejected: Rejections = locals.iter().map(|local| local.network.rejections()).sum();
         let mut runs = Vec::new();
         for local in locals {
             // Said whatever became of the haptic thread.
@@ -394,6 +396,7 @@ impl SessionHandle {
             let _: Option<thread::Result<()>> = local.soft.map(JoinHandle::join);
         }
         let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
+        summary.network.rejected = rejected;
         summary.haptic.stood_still = heartbeat.times();
         summary.recording = self.recording.take().and_then(|recording| recording.finish(&summary, failures));
         summary.failures = failures.all();

@@ -4,7 +4,7 @@ use std::io;
 use std::time::Duration;
 
 use cotouch_device::DeviceOpenError;
-use cotouch_net::Route;
+use cotouch_net::{Route, Unwelcome};
 use cotouch_soft::SoftError;
 
 use crate::recorder::RecordError;
@@ -29,6 +29,14 @@ pub enum StartError {
         server: Route,
         /// The reason, in the server's words.
         reason: String,
+    },
+    /// The server does not take this host's calls.
+    #[error("{server} does not answer this host: {reason}")]
+    Unwelcome {
+        /// The address of the session's server.
+        server: Route,
+        /// The reason.
+        reason: Unwelcome,
     },
     /// Nobody answered in time.
     #[error("no session answered at {server} within {} s; is `cotouch serve` running there, and do datagrams get through?", JOIN_PATIENCE.as_secs())]

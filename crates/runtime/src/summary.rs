@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 use std::fmt;
 use std::sync::Arc;
 
+use cotouch_net::Rejections;
 use cotouch_scene::Value;
 use cotouch_scene::scene::{Architecture, Scene};
 use hdrhistogram::Histogram;
@@ -62,6 +63,9 @@ pub struct Summary {
     pub recording: Option<String>,
     /// The picture that was written.
     pub picture: Option<String>,
+    /// What others joined with, where they could; of no use after the end.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ticket: Option<String>,
     /// The sessions that this one followed, where settings were changed that need a new session; the first one first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub earlier: Vec<EarlierSession>,
@@ -125,6 +129,7 @@ impl Summary {
             failures: Vec::new(),
             recording: None,
             picture: None,
+            ticket: None,
             earlier: Vec::new(),
         }
     }
@@ -338,6 +343,9 @@ pub struct NetworkSummary {
     pub received: u64,
     /// State packets that were sent to a host and never came.
     pub lost: u64,
+    /// Datagrams that were rejected before the session saw them, by reason.
+    #[serde(default)]
+    pub rejected: Rejections,
     /// Round trips of all links together, ms.
     pub round_trip_ms: RoundTripSummary,
 }

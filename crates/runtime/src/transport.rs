@@ -7,9 +7,10 @@
 //!
 //! | transport | carries datagrams | used by |
 //! |---|---|---|
-//! | [`Udp`] | between processes and computers | sessions in real time, `probe` |
+//! | [`Udp`] | between processes and computers | [`Secured`] |
 //! | [`VirtualEnd`] | over the simulated links of a [`VirtualNetwork`], in virtual time | sessions in virtual time |
-//! | [`Impaired`] | over any other transport, with a simulated impairment on every way out | sessions in real time |
+//! | [`Impaired`] | over any other transport, with a simulated impairment on every way out | [`Secured`] |
+//! | [`Secured`] | over an impaired one, authenticated and encrypted; its routes are public keys | sessions in real time, `probe` |
 //!
 //! Sessions in real time and in virtual time drive the same endpoint through this trait. In real time two threads a host do so
 //! ([`NetworkThreads`](crate::NetworkThreads)): one waits in [`Transport::receive`], the other sends, and is
@@ -38,8 +39,9 @@
 //! - A transport that holds datagrams back sends them in [`send_due`](Transport::send_due), which is called at the instant that
 //!   it last returned, or earlier.
 //!
-//! Transports wrap transports: [`Impaired`] has another inside and passes on to it what it does not do itself. One that
-//! encrypts would do the same, or give peers their public keys as routes, so that a route proves who sent a datagram.
+//! Transports wrap transports: [`Impaired`] has another inside and passes on to it what it does not do itself. [`Secured`] has one
+//! inside whose routes are addresses, and is one whose routes are public keys, so that a route proves who sent a datagram. What a
+//! transport carries is sealed there, so no transport need encrypt; an end has room for [`MAX_SEALED`](cotouch_net::MAX_SEALED) bytes.
 //!
 //! ```
 //! use cotouch_runtime::transport::{Transport, VirtualNetwork};
@@ -59,11 +61,13 @@
 mod impaired;
 mod interface;
 mod kinds;
+mod secured;
 mod udp;
 mod virtual_network;
 
 pub use impaired::Impaired;
 pub use interface::{Arrival, DynTransport, MAX_WAIT, Transport, TransportKind};
 pub use kinds::{KINDS, OpenError, RouteError, connect, is_local, listen, parse};
+pub use secured::{Secured, Unreached};
 pub use udp::Udp;
 pub use virtual_network::{VirtualEnd, VirtualNetwork};

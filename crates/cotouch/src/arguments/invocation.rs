@@ -47,7 +47,7 @@ pub(crate) enum Command {
     },
     /// Another host.
     Join {
-        /// Where the first host listens.
+        /// The ticket that the first host prints, or where it listens.
         server: String,
         /// Whom to be; anyone who is free when nothing is said.
         user: Option<String>,
@@ -284,7 +284,7 @@ pub(crate) enum Recording {
 /// How to measure a link.
 #[derive(Debug)]
 pub(crate) struct Probe {
-    /// Where `cotouch probe serve` listens.
+    /// The ticket that `cotouch probe serve` prints, or where it listens.
     pub(crate) server: String,
     /// Packets a second.
     pub(crate) rate: Rate,

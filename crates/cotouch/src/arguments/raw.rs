@@ -92,7 +92,9 @@ Examples:
     },
     /// Run the first host of a session that others join from other processes or machines
     #[command(after_help = "\
-Packets are neither encrypted nor authenticated yet: listen beyond loopback only where you trust the network.
+It prints a ticket: its address and a key, new for each session. Who has the ticket may join and nobody else, so pass it on as you
+would a password; give another address in front of the slash where others reach this computer by another one. All packets are
+encrypted and authenticated. On this computer and account the address alone will do.
 
 Example, in two terminals:
   cotouch serve single-axis --listen 127.0.0.1:7800
@@ -109,8 +111,8 @@ Example, in two terminals:
     /// Join a session that `cotouch serve` runs
     #[command(after_help = "Example:\n  cotouch join 127.0.0.1:7800 --user ben --duration 20")]
     Join {
-        /// Where the session is, HOST:PORT
-        #[arg(value_name = "ADDR")]
+        /// The ticket that `cotouch serve` prints, HOST:PORT/KEY; on the same computer and account HOST:PORT will do
+        #[arg(value_name = "TICKET")]
         server: String,
         /// Whom to be, a user name of the scene [default: anyone who is free]
         #[arg(long, value_name = "NAME")]
@@ -125,8 +127,8 @@ Example, in two terminals:
         after_help = "\
 With --out, the measured impairment is written as a link file that a scene can include:
 
-  there:  cotouch probe serve --listen 192.168.1.5:7801
-  here:   cotouch probe 192.168.1.5:7801 --rate 128 --duration 30 --out lab.link.toml
+  there:  cotouch probe serve --listen 192.168.1.5:7801, which prints a ticket
+  here:   cotouch probe TICKET --rate 128 --duration 30 --out lab.link.toml
   then:   cotouch run --virtual --set link.include=lab.link.toml
 
 Jitter is the standard deviation of the round trip. The link file takes both ways as alike."

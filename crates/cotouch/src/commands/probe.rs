@@ -1,19 +1,22 @@
 //! `cotouch probe`: one end measures a link, the other sends its packets back.
 
 use std::fmt::Write as _;
+use std::time::Duration;
 
 use cotouch_net::{ProbeReport, RateSweep, Route};
-use cotouch_runtime::transport;
 use cotouch_scene::time::Rate;
 use serde_json::{Value, json};
 
-use super::address::resolve;
+use super::address::{post, ticket};
 use crate::arguments::Probe;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
 use crate::probing::{LinkProbe, Reflector};
 use crate::progress::{Progress, Stop};
+use crate::tickets;
 
+/// How long to wait for a reflector on the same computer to come.
+const PATIENCE: Duration = Duration::from_secs(1);
 /// Rates that a sweep stops at, Hz.
 const HIGHEST_SWEEP_HZ: f64 = 64_000.0;
 /// How much of a sweep the bar calls done after a rate; the number of rates is not known beforehand.
@@ -23,12 +26,10 @@ const SWEEP_SHARE: f64 = 0.1;
 pub(super) fn serve(listen: Route, output: &Output) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     let reflector = Reflector::listen(listen)?;
-    eprintln!("sending probes back at {}; Ctrl-C ends it", reflector.route());
-    if !transport::is_local(listen) {
-        eprintln!(
-            "note: anyone who reaches this address may use it; an answer is never longer than the question"
-        );
-    }
+    let ticket = reflector.ticket();
+    let _posted = post(ticket);
+    output.say(format_args!("measure with: cotouch probe {}", tickets::for_others(ticket)));
+    eprintln!("sending probes back at {}; Ctrl-C ends it", ticket.address);
     let reflected = reflector.run(&stop)?;
     output.answer_as(&json!({ "reflected": reflected }), &format!("{reflected} probes sent back"))?;
     Ok(Verdict::Good)
@@ -37,8 +38,9 @@ pub(super) fn serve(listen: Route, output: &Output) -> Result<Verdict, Failure> 
 /// Measures the link to `probe.server`.
 pub(super) fn probe(probe: &Probe, output: &Output) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
-    let server = resolve(&probe.server)?;
-    let mut prober = LinkProbe::connect(server)?;
+    let ticket = ticket(&probe.server, "cotouch probe serve", PATIENCE, &stop)?;
+    let server = ticket.address;
+    let mut prober = LinkProbe::connect(ticket, &stop)?;
     let progress = output.progress(&format!("probing {server}"));
     let share = if probe.sweep { SWEEP_SHARE } else { 1.0 };
     let report =

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use cotouch_net::Rejections;
 use cotouch_runtime::{
     DivergedSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
 };
@@ -47,6 +48,9 @@ pub(super) fn text(summary: &Summary) -> String {
         row("slow steps", slow_steps(soft));
     }
     row("network", network(summary));
+    if let Some(rejected) = rejected(&summary.network.rejected) {
+        row("rejected", rejected);
+    }
     for stretch in summary.shaking.iter().take(MAX_TOLD_STRETCHES) {
         row("shaking", shaking(stretch));
     }
@@ -197,6 +201,22 @@ fn network(summary: &Summary) -> String {
         (Some(mean), Some(jitter)) => format!("{counts}, round trip {mean:.3} ms, jitter {jitter:.3} ms"),
         _ => counts,
     }
+}
+
+/// What came from somebody without the keys, or damaged. What came twice is the network's way, and no news.
+fn rejected(rejected: &Rejections) -> Option<String> {
+    let kinds = [
+        (rejected.forged, "forged or damaged"),
+        (rejected.without_ticket, "without the ticket"),
+        (rejected.unknown, "for no channel"),
+        (rejected.foreign, "foreign"),
+        (rejected.other_version, "of another version"),
+        (rejected.throttled, "beyond the rate of calls"),
+    ];
+    let all = kinds.iter().map(|(count, _)| count).sum::<u64>();
+    let told = kinds.iter().filter(|(count, _)| *count > 0).map(|(count, what)| format!("{count} {what}"));
+    let told = told.collect::<Vec<_>>().join(", ");
+    (all > 0).then(|| format!("{all} packets, which did nothing: {told}"))
 }
 
 fn microseconds(times: &Percentiles) -> Option<String> {

@@ -1,17 +1,15 @@
 //! `cotouch run`, `serve` and `join`: what is predicted, then the session, then what happened.
 
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
+use std::time::{Duration, SystemTime};
 
 use cotouch_net::Route;
-use cotouch_runtime::{
-    DeviceChoice, LiveSession, OwnLimits, Predicted, Summary, plain_name, real_time, transport,
-};
+use cotouch_runtime::{DeviceChoice, LiveSession, OwnLimits, Predicted, Summary, plain_name, real_time};
 use cotouch_scene::scene::{Impairment, Link};
 use cotouch_scene::{Override, Scene};
 use cotouch_viewer::Base;
 
-use super::address::resolve;
+use super::address::{self, post};
 use super::{lateness, prediction, report, settings};
 use crate::arguments::{Host, Recording, Run};
 use crate::failure::{Failure, Verdict, in_one_sentence};
@@ -19,6 +17,10 @@ use crate::figure;
 use crate::output::{Output, make_folder_of, write_file};
 use crate::progress::Stop;
 use crate::session::{self, Plan};
+use crate::tickets;
+
+/// How long a joiner waits for a server on the same computer to come.
+const SERVER_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Runs all hosts in this process, in real or in simulated time.
 pub(super) fn run(run: &Run, overrides: &[Override], output: &Output) -> Result<Verdict, Failure> {
@@ -60,9 +62,11 @@ pub(super) fn serve(
         "the prediction is for all {} users; the loops are others while some are absent",
         scene.session.users
     ));
-    warn_about_the_network(listen);
     let live = session::start_serving(&scene, listen, &plan)?;
-    output.say(format_args!("others join with: cotouch join {listen}"));
+    let _posted = live.ticket().and_then(|ticket| {
+        output.say(format_args!("others join with: cotouch join {}", tickets::for_others(ticket)));
+        post(ticket)
+    });
     finish(live, Some(base(name, overrides)), predicted, &plan, &stop, output)
 }
 
@@ -75,10 +79,9 @@ pub(super) fn join(
 ) -> Result<Verdict, Failure> {
     let stop = Stop::on_interrupt()?;
     check_no_users(&host.devices)?;
-    let server = resolve(server)?;
-    warn_about_the_network(server);
+    let ticket = address::ticket(server, "cotouch serve", SERVER_PATIENCE, &stop)?;
     let plan = plan(host, "joined", impairment(&host.impair)?)?;
-    let (scene, live) = session::start_joining(server, user, &plan, &stop)?;
+    let (scene, live) = session::start_joining(ticket, user, &plan, &stop)?;
     // The hand is in the session already: whoever interrupts wants it released, not an error.
     let predicted = predict(&on_this_network(&scene, &plan), &stop, output)
         .or_else(|failure| if stop.is_set() { Ok(None) } else { Err(failure) })?;
@@ -124,7 +127,9 @@ fn finish(
     output: &Output,
 ) -> Result<Verdict, Failure> {
     let (began_with, _) = live.scene();
-    let (summary, scene) = session::watch(live, base, plan, stop, output)?;
+    let ticket = live.ticket().map(|ticket| tickets::for_others(ticket).to_string());
+    let (mut summary, scene) = session::watch(live, base, plan, stop, output)?;
+    summary.ticket = ticket;
     conclude(&began_with, &scene, summary, predicted, output)
 }
 
@@ -206,12 +211,6 @@ fn impairment(impair: &[Override]) -> Result<Option<Impairment>, Failure> {
     // Checked by the same rules as a scene's link.
     let scene = cotouch_scene::load(crate::arguments::DEFAULT_SCENE, impair)?;
     Ok(Some(scene.link.impairment.clone()))
-}
-
-fn warn_about_the_network(route: Route) {
-    if !transport::is_local(route) {
-        eprintln!("warning: packets to and from {route} are neither encrypted nor authenticated yet");
-    }
 }
 
 /// A picture of more than this much of a recording, bytes, would take long and show nothing that one can tell apart.

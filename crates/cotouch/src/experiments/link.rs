@@ -133,10 +133,10 @@ fn measure_simulated(way: &Impairment) -> anyhow::Result<ProbeReport> {
 /// The probe over this computer's loopback, in real time.
 fn measure_loopback() -> anyhow::Result<ProbeReport> {
     let reflector = probing::Reflector::listen(SocketAddr::from((Ipv4Addr::LOCALHOST, 0)).into())?;
-    let (route, stop) = (reflector.route(), Stop::default());
+    let (ticket, stop) = (reflector.ticket(), Stop::default());
     std::thread::scope(|scope| {
         let serving = scope.spawn(|| reflector.run(&stop));
-        let mut prober = probing::LinkProbe::connect(route)?;
+        let mut prober = probing::LinkProbe::connect(ticket, &stop)?;
         let report = prober.measure(Rate::new(RATE_HZ, 1)?, LOOPBACK_S, &stop, &mut |_| {});
         stop.set();
         serving.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;

@@ -48,6 +48,9 @@ pub struct Config {
     pub start_delay_ns: i64,
     /// A newcomer gives up after so long, ns.
     pub join_timeout_ns: i64,
+    /// Whether what carries datagrams proves that they come from where it says, as the secured layer does. A join is not
+    /// challenged then.
+    pub routes_are_proven: bool,
     /// Of the random ids. Every endpoint needs its own: two with the same seed are taken for one and the same.
     pub seed: u64,
 }
@@ -91,6 +94,7 @@ impl Config {
             start_delay_ns: 500 * MILLISECOND,
             join_timeout_ns: 10_000 * MILLISECOND,
             names,
+            routes_are_proven: false,
             seed,
         })
     }

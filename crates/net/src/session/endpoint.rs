@@ -83,7 +83,12 @@ impl Endpoint {
                     Ok(control) => self.handle_control(now, from, header, control),
                     Err(_) => counters.malformed += 1,
                 },
-                DatagramKind::Probe | DatagramKind::Echo => counters.unexpected += 1,
+                // Not a session's, or the secured layer's affair.
+                DatagramKind::Probe
+                | DatagramKind::Echo
+                | DatagramKind::Initiation
+                | DatagramKind::Response
+                | DatagramKind::Rejection => counters.unexpected += 1,
             },
             Err(WireError::Version { found, session, from_newcomer }) => {
                 self.handle_other_version(from, found, PeerId(session), from_newcomer);

@@ -6,7 +6,8 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 
 use super::event::Event;
 use super::member::{Member, Membership};
-use super::peer::{Backoff, Peer, Presence};
+use super::peer::{Peer, Presence};
+use crate::backoff::Backoff;
 use crate::clock::Exchange;
 use crate::message::{Control, Join, PeerId, Refusal, Roster, RosterEntry};
 use crate::route::Route;
@@ -175,11 +176,9 @@ fn update_peers(member: &mut Member, now: LocalTime, server: Route, roster: &Ros
 }
 
 fn update_peer(member: &mut Member, now: LocalTime, entry: &RosterEntry, route: Route) {
-    match member.peer_mut(entry.host).filter(|peer| peer.id == entry.id) {
-        None => member.replace_peer(now, entry.host, entry.id, route),
-        Some(peer) if matches!(peer.presence, Presence::Expected | Presence::Lost) => peer.route = route,
-        // What it says itself is newer.
-        Some(_) => {}
+    let is_known = member.peer_mut(entry.host).is_some_and(|peer| peer.id == entry.id && peer.route == route);
+    if !is_known {
+        member.replace_peer(now, entry.host, entry.id, route);
     }
 }
 

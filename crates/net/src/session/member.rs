@@ -7,8 +7,9 @@ use cotouch_scene::time::LocalTime;
 use super::config::Config;
 use super::event::{Event, SendError};
 use super::outbox::Outbox;
-use super::peer::{Backoff, PING_PERIOD_NS, Peer, Presence};
+use super::peer::{PING_PERIOD_NS, Peer, Presence};
 use super::timekeeping::Timekeeping;
+use crate::backoff::Backoff;
 use crate::clock::Exchange;
 use crate::message::{Control, PeerId, Refusal};
 use crate::packet::StatePacket;
@@ -202,8 +203,11 @@ impl Member {
             self.outbox.counters.unknown_sender += 1;
             return PingOutcome::Stale;
         }
-        // Who knows session and id is the peer, also behind a new route (a router forgot the old one).
-        peer.route = from;
+        // All members know the ids of all: the route alone shows who it is.
+        if peer.route != from {
+            self.outbox.counters.unknown_sender += 1;
+            return PingOutcome::Ignored;
+        }
         peer.ready = ready;
         self.note_heard(now, sender);
         let (received_ns, answered_ns) = (now.0, now.0);
@@ -261,7 +265,7 @@ impl Member {
         }
     }
 
-    /// A new life of a peer has come, or the same one by another route.
+    /// A new life of a peer has come.
     pub(super) fn replace_peer(&mut self, now: LocalTime, host: HostIndex, id: PeerId, route: Route) {
         match self.peers.iter_mut().find(|peer| peer.host == host) {
             None => self.peers.push(Peer::new(host, id, route, now)),
@@ -330,7 +334,8 @@ impl Member {
 
     /// Takes a peer's good-bye; whether it is news.
     pub(super) fn handle_leave(&mut self, from: Route, sender: HostIndex, id: PeerId, reason: &str) -> bool {
-        let Some(peer) = self.peer_mut(sender).filter(|peer| peer.id == id) else {
+        let is_sender = |peer: &&mut Peer| peer.id == id && peer.route == from;
+        let Some(peer) = self.peer_mut(sender).filter(is_sender) else {
             self.outbox.counters.unknown_sender += 1;
             return false;
         };

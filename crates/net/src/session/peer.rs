@@ -6,6 +6,7 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
 use super::config::MILLISECOND;
+use crate::backoff::Backoff;
 use crate::message::PeerId;
 use crate::route::Route;
 use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
@@ -14,8 +15,8 @@ use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 pub(super) const PING_PERIOD_NS: i64 = (MAX_RETRY_S * 1e9) as i64;
 /// Between pings while the clock is not agreed upon.
 const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
-/// Pings that may wait for their answers: 2 s of round trip.
-const OPEN_PINGS: usize = 16;
+/// Pings that may wait for their answers: 2.5 s of round trip in a burst, and more afterwards.
+const OPEN_PINGS: usize = 128;
 /// Unanswered pings after which a burst gives way to pauses.
 const MAX_BURST: u32 = 100;
 
@@ -30,41 +31,6 @@ pub enum Presence {
     Lost,
     /// It has said good-bye.
     Left,
-}
-
-/// Growing pauses between repeats: 50 ms, then half as long again each time, up to half a second.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Backoff {
-    due: LocalTime,
-    pause_ns: i64,
-}
-
-impl Backoff {
-    const FIRST_PAUSE_NS: i64 = 50 * MILLISECOND;
-    const MAX_PAUSE_NS: i64 = 500 * MILLISECOND;
-
-    /// A repeat that is due at once.
-    pub(super) const fn from(now: LocalTime) -> Self {
-        Self { due: now, pause_ns: Self::FIRST_PAUSE_NS }
-    }
-
-    pub(super) const fn due(&self) -> LocalTime {
-        self.due
-    }
-
-    /// It was done at `now`; due again after the next pause.
-    pub(super) fn again(&mut self, now: LocalTime) {
-        self.due = now.plus_ns(self.pause_ns);
-        self.pause_ns = (self.pause_ns * 3 / 2).min(Self::MAX_PAUSE_NS);
-    }
-
-    fn pause_after(attempts: u32) -> i64 {
-        let mut backoff = Self::from(LocalTime(0));
-        for _ in 0..attempts.min(8) {
-            backoff.again(LocalTime(0));
-        }
-        backoff.pause_ns
-    }
 }
 
 /// What an endpoint remembers of another.

@@ -9,7 +9,8 @@ use super::admission::{self, Admission};
 use super::config::StartWhen;
 use super::event::Event;
 use super::member::{Member, Membership};
-use super::peer::{Backoff, Peer, Presence};
+use super::peer::{Peer, Presence};
+use crate::backoff::Backoff;
 use crate::message::{
     Control, Join, PeerId, Refusal, Roster, RosterEntry, SCENE_PART_BYTES, SCENE_REQUEST_PADDING,
 };
@@ -42,13 +43,12 @@ impl Server {
             return refuse(member, newcomer, from, refusal);
         }
         let cookie = self.cookie(from, newcomer);
-        if join.cookie != cookie {
+        if join.cookie != cookie && !member.config.routes_are_proven {
             return member.send_to_newcomer(newcomer, from, &Control::Challenge { cookie });
         }
-        if let Some(peer) = member.peers.iter_mut().find(|peer| peer.id == newcomer) {
+        let is_newcomer = |peer: &&Peer| peer.id == newcomer && peer.route == from;
+        if let Some(host) = member.peers.iter().find(is_newcomer).map(|peer| peer.host) {
             // It was let in; the welcome got lost.
-            peer.route = from;
-            let host = peer.host;
             return send_welcome(member, newcomer, from, host);
         }
         match admission::decide(member, now, from, newcomer, join.name) {

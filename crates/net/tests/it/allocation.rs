@@ -55,6 +55,7 @@ fn config(seed: u64) -> Config {
         start: StartWhen::Hosts(2),
         start_delay_ns: 1_000_000,
         join_timeout_ns: 5_000_000_000,
+        routes_are_proven: false,
         seed,
     }
 }

@@ -2,5 +2,6 @@
 
 mod allocation;
 mod net;
+mod secure;
 mod session;
 mod wire;

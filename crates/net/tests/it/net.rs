@@ -5,13 +5,16 @@ use std::collections::BTreeMap;
 use std::net::SocketAddr;
 
 use cotouch_net::{
-    Config, Endpoint, Entry, Event, Presence, Route, SimulatedLink, StartWhen, StatePacket, Transmit,
+    Config, Endpoint, Entropy, Entry, Event, MAX_SEALED, Presence, Route, SecureNode, SessionKey,
+    SimulatedLink, StartWhen, StatePacket, Transmit,
 };
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment, PlayOut};
 use cotouch_scene::time::{LocalTime, Rate, SessionTime};
 use glam::DVec3;
+use rand::{RngExt as _, SeedableRng as _};
+use rand_pcg::Pcg64Mcg;
 
 pub(crate) const MS: i64 = 1_000_000;
 pub(crate) const S: i64 = 1_000_000_000;
@@ -31,13 +34,18 @@ pub(crate) fn config(users: u8, architecture: Architecture, seed: u64) -> Config
         start: StartWhen::Hosts(users),
         start_delay_ns: 500 * MS,
         join_timeout_ns: 30 * S,
+        routes_are_proven: false,
         seed,
     }
 }
 
 pub(crate) struct Node {
     pub(crate) endpoint: Endpoint,
+    /// Who it is to the session: its key where it is secured, else its address.
     pub(crate) route: Route,
+    /// Where it is.
+    pub(crate) address: Route,
+    pub(crate) secure: Option<SecureNode>,
     pub(crate) alive: bool,
     /// Whether it sends a state every network step once started.
     pub(crate) samples: bool,
@@ -63,6 +71,25 @@ impl Node {
             truth += 1;
         }
         truth
+    }
+
+    /// What goes to the network at this instant, and to which address.
+    fn outgoing(&mut self, truth: i64) -> Vec<(Route, Vec<u8>)> {
+        let local = self.local(truth);
+        let mut outgoing = Vec::new();
+        while let Some(Transmit { to, bytes }) = self.endpoint.poll_transmit() {
+            let Some(secure) = &mut self.secure else {
+                outgoing.push((to, bytes.to_vec()));
+                continue;
+            };
+            let mut out = [0; MAX_SEALED];
+            if let Some((to, length)) = secure.seal(local, to, &bytes, &mut out) {
+                outgoing.push((to, out[..length].to_vec()));
+            }
+        }
+        let own = self.secure.iter_mut().flat_map(|secure| std::iter::from_fn(|| secure.poll_transmit()));
+        outgoing.extend(own.map(|transmit| (transmit.to, transmit.bytes.to_vec())));
+        outgoing
     }
 
     pub(crate) fn has(&self, wanted: impl Fn(&Event) -> bool) -> bool {
@@ -105,6 +132,8 @@ pub(crate) struct Net {
     pub(crate) impairment: Impairment,
     /// Ways on which nothing passes.
     pub(crate) cut: Vec<(usize, usize)>,
+    /// What was sent, from where and to whom, while it is kept.
+    pub(crate) tape: Option<Vec<(Route, usize, Vec<u8>)>>,
     links: BTreeMap<(usize, usize), SimulatedLink>,
     seed: u64,
     rate: Rate,
@@ -112,11 +141,20 @@ pub(crate) struct Net {
 
 impl Net {
     pub(crate) fn new(server: Config, impairment: Impairment, seed: u64) -> Self {
-        let rate = server.network_hz;
-        let mut net =
-            Self { now: 0, nodes: vec![], impairment, cut: vec![], links: BTreeMap::new(), seed, rate };
+        Self::with(server, impairment, seed, None)
+    }
+
+    /// A network whose nodes are secured.
+    pub(crate) fn secured(mut server: Config, impairment: Impairment, seed: u64) -> Self {
+        server.routes_are_proven = true;
+        Self::with(server, impairment, seed, Some(SecureNode::serve(entropy(seed))))
+    }
+
+    fn with(server: Config, impairment: Impairment, seed: u64, secure: Option<SecureNode>) -> Self {
+        let (rate, links) = (server.network_hz, BTreeMap::new());
+        let mut net = Self { now: 0, nodes: vec![], impairment, cut: vec![], tape: None, links, seed, rate };
         let endpoint = Endpoint::serve(server, LocalTime(7_000 * S));
-        net.add(endpoint, 7_000 * S, 0.0);
+        net.add(endpoint, secure, 7_000 * S, 0.0);
         net
     }
 
@@ -129,21 +167,50 @@ impl Net {
         net
     }
 
+    /// As [`Self::full`], with secured nodes.
+    pub(crate) fn full_secured(
+        users: u8,
+        architecture: Architecture,
+        impairment: Impairment,
+        seed: u64,
+    ) -> Self {
+        let mut net = Self::secured(config(users, architecture, seed), impairment, seed);
+        for user in 1..users {
+            net.join(config(users, architecture, seed + u64::from(user)));
+        }
+        net
+    }
+
+    /// The key to the session.
+    pub(crate) fn key(&self) -> SessionKey {
+        self.nodes[0].secure.as_ref().expect("a secured network").session_key()
+    }
+
     pub(crate) fn join(&mut self, config: Config) -> usize {
+        let key = self.nodes[0].secure.as_ref().map(SecureNode::session_key);
+        self.join_with(config, key)
+    }
+
+    /// A newcomer with this key.
+    pub(crate) fn join_with(&mut self, config: Config, key: Option<SessionKey>) -> usize {
         let index = self.nodes.len() as i64;
         let offset = (index * 977 - 3000) * S + index * 123_456_789;
         let drift = [90e-6, -90e-6, 30e-6, 0.0][index as usize % 4];
         let local = LocalTime(offset + self.now + (self.now as f64 * drift).round() as i64);
-        let endpoint = Endpoint::join(config, self.nodes[0].route, local);
-        self.add(endpoint, offset, drift)
+        let random = entropy(config.seed);
+        let secure = key.map(|key| SecureNode::join(key, self.nodes[0].address, random, local));
+        let endpoint = Endpoint::join(config, key.map_or(self.nodes[0].route, SessionKey::server), local);
+        self.add(endpoint, secure, offset, drift)
     }
 
-    fn add(&mut self, endpoint: Endpoint, offset: i64, drift: f64) -> usize {
+    fn add(&mut self, endpoint: Endpoint, secure: Option<SecureNode>, offset: i64, drift: f64) -> usize {
         let index = self.nodes.len();
-        let address = SocketAddr::from(([10, 0, (index >> 8) as u8, index as u8], 7700));
+        let address = SocketAddr::from(([10, 0, (index >> 8) as u8, index as u8], 7700)).into();
         self.nodes.push(Node {
             endpoint,
-            route: address.into(),
+            route: secure.as_ref().map_or(address, SecureNode::route),
+            address,
+            secure,
             alive: true,
             samples: true,
             events: vec![],
@@ -170,6 +237,17 @@ impl Net {
         let endpoint = &mut self.nodes[node].endpoint;
         endpoint.handle_datagram(now, from, bytes);
         std::iter::from_fn(|| endpoint.poll_transmit()).collect()
+    }
+
+    /// Hands a datagram to a node as if it came from the address `from`.
+    pub(crate) fn receive(&mut self, node: usize, from: Route, bytes: &[u8]) {
+        let local = self.nodes[node].local(self.now);
+        let Node { endpoint, secure, .. } = &mut self.nodes[node];
+        let Some(secure) = secure else { return endpoint.handle_datagram(local, from, bytes) };
+        let mut out = [0; MAX_SEALED];
+        if let Some((from, length)) = secure.open(local, from, bytes, &mut out) {
+            endpoint.handle_datagram(local, from, &out[..length]);
+        }
     }
 
     pub(crate) fn run_for(&mut self, duration: i64) {
@@ -209,6 +287,7 @@ impl Net {
         if node.endpoint.poll_timeout().is_some_and(|due| due <= local) {
             node.endpoint.handle_timeout(local);
         }
+        node.secure.iter_mut().for_each(|secure| secure.handle_timeout(local));
         while let Some(step) = node.next_step.filter(|_| node.samples) {
             let Some(clock) = node.endpoint.clock() else { break };
             if clock.local(self.rate.instant(step)) > local {
@@ -227,11 +306,13 @@ impl Net {
     }
 
     fn transmit(&mut self, index: usize) -> bool {
-        let mut busy = false;
-        while let Some(Transmit { to, bytes }) = self.nodes[index].endpoint.poll_transmit() {
-            busy = true;
-            let target = self.nodes.iter().position(|node| node.route == to);
+        let outgoing = self.nodes[index].outgoing(self.now);
+        for (to, bytes) in &outgoing {
+            let target = self.nodes.iter().position(|node| node.address == *to);
             let Some(target) = target.filter(|_| self.nodes[index].alive) else { continue };
+            if let Some(tape) = &mut self.tape {
+                tape.push((self.nodes[index].address, target, bytes.clone()));
+            }
             if self.cut.contains(&(index, target)) {
                 continue;
             }
@@ -244,21 +325,20 @@ impl Net {
                     HostIndex(target as u8),
                 )
             };
-            self.links.entry(way).or_insert_with(new).send(self.now, &bytes);
+            self.links.entry(way).or_insert_with(new).send(self.now, bytes);
         }
-        busy
+        !outgoing.is_empty()
     }
 
     fn deliver(&mut self) -> bool {
+        let ways: Vec<_> = self.links.keys().copied().collect();
         let mut busy = false;
-        for (&(from, to), link) in &mut self.links {
-            while let Some((_, bytes)) = link.poll_delivery(self.now) {
+        for (from, to) in ways {
+            while let Some((_, bytes)) = self.links.get_mut(&(from, to)).unwrap().poll_delivery(self.now) {
+                let bytes = bytes.to_vec();
                 busy = true;
-                let from = self.nodes[from].route;
-                let node = &mut self.nodes[to];
-                if node.alive {
-                    let local = node.local(self.now);
-                    node.endpoint.handle_datagram(local, from, bytes);
+                if self.nodes[to].alive {
+                    self.receive(to, self.nodes[from].address, &bytes);
                 }
             }
         }
@@ -274,7 +354,8 @@ impl Net {
                 .filter(|_| node.samples)
                 .and_then(|step| Some(node.endpoint.clock()?.local(self.rate.instant(step))));
             let timeout = node.endpoint.poll_timeout().filter(|due| due.0 < i64::MAX / 4);
-            [timeout, sampling].into_iter().flatten().map(|local| node.truth(local))
+            let call = node.secure.as_ref().and_then(SecureNode::poll_timeout);
+            [timeout, sampling, call].into_iter().flatten().map(|local| node.truth(local))
         });
         deliveries.chain(timers).min()
     }
@@ -288,6 +369,12 @@ impl Net {
 
 pub(crate) fn route(address: &str) -> Route {
     address.parse::<SocketAddr>().unwrap().into()
+}
+
+/// Random bytes of a seed, for tests to be repeated.
+pub(crate) fn entropy(seed: u64) -> Entropy {
+    let mut random = Pcg64Mcg::seed_from_u64(seed ^ 0x5ec2e7);
+    Box::new(move |bytes: &mut [u8]| random.fill(bytes))
 }
 
 /// A state that tells who sent it and when.

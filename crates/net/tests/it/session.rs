@@ -3,9 +3,7 @@
 use std::collections::BTreeSet;
 
 use crate::net::{MS, Net, S, config, packet, route};
-use cotouch_net::{
-    Endpoint, Event, MAX_DATAGRAM, Presence, Refusal, Route, SceneFetch, SendError, StartWhen, Text,
-};
+use cotouch_net::{Endpoint, Event, MAX_DATAGRAM, Refusal, SceneFetch, SendError, StartWhen};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
 use cotouch_scene::time::{LocalTime, SessionTime};
@@ -14,7 +12,7 @@ use proptest::prelude::*;
 use Architecture::{Centralized, Distributed};
 
 /// Everyone is there, started with tick 0, and samples in phase.
-fn assert_in_phase(net: &Net, users: usize, architecture: Architecture) {
+pub(crate) fn assert_in_phase(net: &Net, users: usize, architecture: Architecture) {
     let origin = net.origin().expect("the server has started");
     for (index, node) in net.nodes.iter().enumerate() {
         let peers = if architecture == Distributed || index == 0 { users - 1 } else { 1 };
@@ -314,31 +312,6 @@ fn an_outage_is_a_loss_and_a_return() {
 }
 
 #[test]
-fn a_peer_may_be_reached_by_another_route_from_now_on() {
-    let mut net = Net::full(3, Distributed, Impairment { latency_s: 0.003, ..Impairment::NONE }, 2);
-    net.run_for(3 * S);
-    for roamer in [0, 1] {
-        let before = net.nodes[2].endpoint.peers().collect::<Vec<_>>();
-        net.nodes[roamer].route = Route::Named(Text::from(&format!("elsewhere:{roamer}")).unwrap());
-        net.run_for(2 * S);
-        let host = net.nodes[roamer].endpoint.host().unwrap();
-        for index in (0..3).filter(|&index| index != roamer) {
-            let node = &net.nodes[index];
-            let peer = node.endpoint.peers().find(|peer| peer.host == host).unwrap();
-            assert_eq!((peer.route, peer.presence), (net.nodes[roamer].route, Presence::Present));
-            assert!(!node.has(|event| matches!(event, Event::PeerLost { .. })), "{:#?}", node.story());
-            let is_recent = |at: i64| at > net.now - S;
-            let heard = node.events.iter().filter(|(at, event)| {
-                is_recent(*at) && matches!(event, Event::State { from, .. } if *from == host)
-            });
-            assert!(heard.count() > 100);
-        }
-        let after = net.nodes[2].endpoint.peers().map(|peer| peer.id).collect::<Vec<_>>();
-        assert_eq!(after, before.iter().map(|peer| peer.id).collect::<Vec<_>>(), "who they are stays");
-    }
-}
-
-#[test]
 fn one_who_comes_late_gets_the_running_time() {
     let mut server = config(3, Distributed, 1);
     server.start = StartWhen::Immediately;
@@ -490,6 +463,32 @@ fn strangers_with_a_wrong_session_are_counted_and_dropped() {
 }
 
 #[test]
+fn a_scene_of_many_parts_takes_three_round_trips() {
+    let mut server = config(2, Distributed, 1);
+    server.scene_text = "name = \"test\"\n".repeat(2200);
+    let text = server.scene_text.clone();
+    let mut net = Net::new(server, Impairment::NONE, 1);
+    let me = route("192.0.2.1:5");
+    let mut fetch = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), 5 * S);
+    // What arrives when, after a second of round trip.
+    let mut answers = std::collections::VecDeque::new();
+    let mut now = LocalTime(0);
+    while fetch.result().is_none() {
+        while let Some(transmit) = fetch.poll_transmit(now) {
+            let replies = net.inject(0, me, &transmit.bytes).into_iter();
+            answers.extend(replies.map(|reply| (now.plus_ns(S), transmit.to, reply.bytes)));
+        }
+        while let Some((_, from, bytes)) = answers.pop_front_if(|(at, _, _)| *at <= now) {
+            fetch.handle_datagram(now, from, &bytes);
+        }
+        let next = answers.front().map(|(at, _, _)| *at).into_iter().chain(fetch.poll_timeout()).min();
+        now = next.unwrap_or(now).max(now);
+    }
+    assert_eq!(fetch.result(), Some(&Ok(text)));
+    assert!(now <= LocalTime(3 * S), "29 parts: 8 at once, and two rounds of the others; {now:?}");
+}
+
+#[test]
 fn the_scene_is_fetched_over_a_bad_link() {
     let mut net = Net::new(config(2, Distributed, 1), Impairment::NONE, 1);
     let text = config(2, Distributed, 1).scene_text;
@@ -509,6 +508,7 @@ fn the_scene_is_fetched_over_a_bad_link() {
         now = fetch.poll_timeout().unwrap_or(now);
     }
     assert_eq!(fetch.result(), Some(&Ok(text)));
+    assert!(now < LocalTime(2 * S), "{now:?}");
     let mut alone = SceneFetch::new(net.nodes[0].route, 5, LocalTime(0), 5 * S);
     assert!(alone.poll_transmit(LocalTime(5 * S)).is_none());
     assert!(alone.result().unwrap().as_ref().unwrap_err().to_string().starts_with("no answer"));

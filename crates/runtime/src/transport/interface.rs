@@ -31,7 +31,7 @@ pub trait Transport {
     /// When the system does not say.
     fn route(&self) -> io::Result<Route>;
 
-    /// Sends a datagram of at most [`MAX_DATAGRAM`](cotouch_net::MAX_DATAGRAM) bytes. In virtual time `now` does not go
+    /// Sends a datagram of at most [`MAX_SEALED`](cotouch_net::MAX_SEALED) bytes. In virtual time `now` does not go
     /// back from call to call.
     ///
     /// # Errors

@@ -79,6 +79,7 @@ fn write_them_anew() {
     for (name, bytes) in datagrams() {
         write("wire", name, &bytes);
         write("session", name, &in_session(&bytes));
+        write("secure", name, &through_a_channel(&bytes));
     }
     write("probe", "probe", &probe());
     for scene in ["single-axis", "single-axis-centralized", "grasp", "spring"] {
@@ -121,6 +122,17 @@ fn in_session(datagram: &[u8]) -> Vec<u8> {
     let length = datagram.len().try_into().unwrap();
     let mut bytes = WAIT.repeat(12);
     for what in [0b011, 0b101] {
+        bytes.extend([what, 8, length]);
+        bytes.extend(datagram);
+    }
+    bytes
+}
+
+/// Pieces of the target: the datagram from a stranger, through the channel, and over what comes through it, at its start and further on.
+fn through_a_channel(datagram: &[u8]) -> Vec<u8> {
+    let length = datagram.len().try_into().unwrap();
+    let mut bytes = Vec::new();
+    for what in [0b00, 0b10, 0b01, 14 << 2 | 0b01, 0b11] {
         bytes.extend([what, 8, length]);
         bytes.extend(datagram);
     }

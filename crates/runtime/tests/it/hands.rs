@@ -162,8 +162,10 @@ fn a_free_place_is_taken_by_a_guest_and_is_free_again() {
 fn somebody_elsewhere_keeps_their_hand_and_a_joined_computer_gives_its_own() {
     let scene = realisable(&scene("distributed", &[])).0;
     let address = free_address();
-    let live = LiveSession::fixed(serve(&scene, address, &RealTimeOptions::default()).unwrap());
-    let (_, peer) = join(address, None, &RealTimeOptions::default(), &|| true).unwrap();
+    let server = serve(&scene, address, &RealTimeOptions::default()).unwrap();
+    let ticket = server.ticket().unwrap();
+    let live = LiveSession::fixed(server);
+    let (_, peer) = join(ticket, None, &RealTimeOptions::default(), &|| true).unwrap();
     let peer = LiveSession::fixed(peer);
     until("ben is there", || (by(&live, BEN) == HeldBy::Elsewhere).then_some(()));
     assert!(matches!(live.take(BEN), Err(TakeError::Taken { .. })));

@@ -4,7 +4,7 @@ use crate::common::session;
 use arrayvec::ArrayVec;
 use cotouch_device::SimulatedUser;
 use cotouch_net::StatePacket;
-use cotouch_runtime::transport::{self, Impaired};
+use cotouch_runtime::transport::{self, Secured, Transport as _};
 use cotouch_runtime::{
     Failures, HostChange, LiveVerdict, NetworkThreads, Punctuality, RECORD_RING_BYTES, RecordConsumer,
     RecordItem, RecordKind, RecordSink, Station, full_session_endpoint, record_ring, slow_simulation,
@@ -166,11 +166,10 @@ fn assert_everything_happened(items: &[RecordItem], hosts: usize, has_surfaces: 
 #[test]
 fn the_haptic_threads_end_of_the_network_does_not_allocate() {
     let scene = load("single-axis", &[]).unwrap();
-    let end = transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap();
+    let end = Secured::serve(transport::listen(transport::parse("127.0.0.1:0").unwrap()).unwrap());
     let route = end.route().unwrap();
     let endpoint = full_session_endpoint(&scene, HostIndex::FIRST, route, cotouch_runtime::clock::now());
-    let (_threads, mut port) =
-        NetworkThreads::start(Impaired::new(end), endpoint, "test", &Failures::default()).unwrap();
+    let (_threads, mut port) = NetworkThreads::start(end, endpoint, "test", &Failures::default()).unwrap();
     let packet = StatePacket::default();
     let counted = allocations(|| {
         for _ in 0..1000 {

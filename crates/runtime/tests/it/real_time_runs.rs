@@ -130,7 +130,8 @@ fn a_peer_that_vanishes_is_faded_out_and_comes_back() {
     let survivor = serve(&scene, address, &recorded(&path)).unwrap();
     let ben = scene.users[1].name.clone();
     for is_last in [false, true] {
-        let (_, peer) = join(address, Some(&ben), &RealTimeOptions::default(), &|| true).unwrap();
+        let (_, peer) =
+            join(survivor.ticket().unwrap(), Some(&ben), &RealTimeOptions::default(), &|| true).unwrap();
         wait_until(&survivor, |survivor| survivor.present_peers().contains(&ben));
         wait_for_ticks(&survivor, 500);
         if is_last {

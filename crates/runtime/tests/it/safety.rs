@@ -82,7 +82,7 @@ fn peers_of_a_host_whose_haptic_thread_panics_hear_that_it_has_left() {
     let ben = scene.users[1].name.clone();
     let devices = vec!["faulty:panic@0".parse().unwrap()];
     let options = RealTimeOptions { devices, ..RealTimeOptions::default() };
-    let (_, peer) = join(address, Some(&ben), &options, &|| true).unwrap();
+    let (_, peer) = join(survivor.ticket().unwrap(), Some(&ben), &options, &|| true).unwrap();
     ends(&peer);
     assert!(peer.finish().failures[0].contains("on purpose"));
     let mut news = Vec::new();
@@ -213,7 +213,7 @@ fn a_joiner_takes_no_more_force_from_a_servers_scene_than_it_allows() {
     assert_eq!(server.device_notes(), [""; 0], "the server's scene is its own");
     for (limits, allowed_n) in [(None, 20.0), (Some(OwnLimits::max_force(2.0)), 2.0)] {
         let options = RealTimeOptions { limits, ..RealTimeOptions::default() };
-        let (joined, peer) = join(address, None, &options, &|| true).unwrap();
+        let (joined, peer) = join(server.ticket().unwrap(), None, &options, &|| true).unwrap();
         let in_one_tick = allowed_n * scene.rates.control_hz.hz();
         assert_eq!((joined.governor.max_force_n, joined.governor.max_slew_n_per_s), (allowed_n, in_one_tick));
         let told =

@@ -90,7 +90,7 @@ fn one_user_serves_alone_and_others_join_a_block() {
     let block = real_scene("soft-block", &[SMALL]);
     let port = std::net::UdpSocket::bind(any).unwrap().local_addr().unwrap();
     let server = serve(&block, port, &RealTimeOptions::default()).unwrap();
-    let (scene, guest) = join(port, None, &RealTimeOptions::default(), &|| true).unwrap();
+    let (scene, guest) = join(server.ticket().unwrap(), None, &RealTimeOptions::default(), &|| true).unwrap();
     assert_eq!(scene.soft, block.soft);
     until("some steps", || (guest.elapsed_s() >= 0.5 || guest.has_ended()).then_some(()));
     guest.stop();

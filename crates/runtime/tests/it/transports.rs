@@ -2,10 +2,11 @@
 
 use std::io;
 
-use cotouch_net::{MAX_DATAGRAM, Route, Text};
+use cotouch_net::{MAX_DATAGRAM, MAX_SEALED, Rejections, Route, Text, Ticket, Unwelcome};
 use cotouch_runtime::clock;
 use cotouch_runtime::transport::{
-    self, Arrival, DynTransport, Impaired, KINDS, MAX_WAIT, RouteError, Transport, VirtualNetwork,
+    self, Arrival, DynTransport, Impaired, KINDS, MAX_WAIT, RouteError, Secured, Transport, Unreached,
+    VirtualNetwork,
 };
 use cotouch_scene::load;
 use cotouch_scene::names::HostIndex;
@@ -21,12 +22,14 @@ struct Pair<'a, T: ?Sized> {
     near: &'a T,
     far: &'a T,
     now: &'a dyn Fn() -> LocalTime,
+    /// Bytes of the longest datagram that they carry.
+    longest: usize,
 }
 
 impl<T: Transport + ?Sized> Pair<'_, T> {
     /// What `far` receives next.
     fn receive(&self) -> Option<(Arrival, Vec<u8>)> {
-        let mut buffer = [0; MAX_DATAGRAM + 1];
+        let mut buffer = [0; MAX_SEALED + 1];
         let patience = (self.now)().plus_ns(PATIENCE_NS);
         while (self.now)() < patience {
             let now = (self.now)();
@@ -59,7 +62,7 @@ impl<T: Transport + ?Sized> Pair<'_, T> {
     }
 
     fn carries_datagrams_unchanged(&self, near: Route, far: Route) {
-        let longest: Vec<u8> = (0..MAX_DATAGRAM).map(|index| index as u8).collect();
+        let longest: Vec<u8> = (0..self.longest).map(|index| index as u8).collect();
         for bytes in [b"a".as_slice(), &longest, &[0; 40]] {
             let before = (self.now)();
             self.near.send(before, far, bytes).unwrap();
@@ -70,7 +73,7 @@ impl<T: Transport + ?Sized> Pair<'_, T> {
     }
 
     fn answers_reach_the_sender(&self, near: Route) {
-        let back = Pair { near: self.far, far: self.near, now: self.now };
+        let back = Pair { near: self.far, far: self.near, ..*self };
         self.far.send((self.now)(), near, b"answer").unwrap();
         assert_eq!(back.receive().expect("an answer arrives").1, b"answer");
     }
@@ -127,6 +130,54 @@ fn no_kind_is_left_out() {
     }
 }
 
+/// Receives at one end until `reach`, at the other, has come to an end.
+fn receiving<T: Send>(end: &Secured, reach: impl FnOnce() -> T + Send) -> T {
+    std::thread::scope(|scope| {
+        let reaching = scope.spawn(reach);
+        while !reaching.is_finished() {
+            assert_eq!(end.receive(clock::now(), &mut [0; MAX_DATAGRAM]).unwrap(), None);
+        }
+        reaching.join().unwrap()
+    })
+}
+
+#[test]
+fn a_secured_transport_conforms_over_every_kind_and_lets_nobody_in_without_the_ticket() {
+    let patience = std::time::Duration::from_nanos(PATIENCE_NS as u64);
+    for [near, far] in real_ends() {
+        let far = Secured::serve(far);
+        let ticket = far.ticket().unwrap();
+        let near = Secured::join(near, ticket, clock::now());
+        assert_eq!(receiving(&far, || near.reach_server(patience, &|| true)), Ok(()));
+        let pair = Pair { near: &near, far: &far, now: &clock::now, longest: MAX_DATAGRAM };
+        pair.conforms();
+        // On a busy computer a call is repeated before its answer is there, and the second answer comes too late.
+        let rejected = [&near, &far].map(|end| Rejections { repeated: 0, ..end.rejections() });
+        assert_eq!(rejected, [Rejections::default(); 2]);
+        assert_eq!(far.route().unwrap(), ticket.key.server());
+        let slow = Impairment { latency_s: 0.002, ..Impairment::NONE };
+        near.impair(&slow, 1, HostIndex(0));
+        pair.delays_what_it_sends(slow.latency_s);
+    }
+    for [near, far] in real_ends() {
+        let (far, other) = (Secured::serve(far), Secured::serve(transport::listen(loopback()).unwrap()));
+        let wrong = Ticket { address: far.ticket().unwrap().address, ..other.ticket().unwrap() };
+        let near = Secured::join(near, wrong, clock::now());
+        let reached = receiving(&far, || near.reach_server(patience, &|| true));
+        assert_eq!(reached, Err(Unreached::Unwelcome(Unwelcome::Ticket)));
+        assert!(far.rejections().without_ticket > 0);
+        let another = Secured::join(transport::listen(loopback()).unwrap(), wrong, clock::now());
+        assert_eq!(another.reach_server(patience, &|| false), Err(Unreached::Unwanted));
+        // Nobody is at that end.
+        let lost = near.send(clock::now(), wrong.key.server(), b"lost");
+        assert_eq!(lost.unwrap_err().kind(), io::ErrorKind::NotConnected);
+    }
+}
+
+fn loopback() -> Route {
+    transport::parse("127.0.0.1:0").unwrap()
+}
+
 fn scene_network(settings: &[&str]) -> VirtualNetwork {
     let settings: Vec<_> = settings.iter().map(|text| text.parse().unwrap()).collect();
     VirtualNetwork::new(&load("single-axis", &settings).unwrap())
@@ -136,12 +187,12 @@ fn scene_network(settings: &[&str]) -> VirtualNetwork {
 fn every_kind_in_real_time_conforms_bare_and_impaired() {
     let slow = Impairment { latency_s: 0.002, ..Impairment::NONE };
     for [near, far] in real_ends() {
-        Pair { near: &*near, far: &*far, now: &clock::now }.conforms();
+        Pair { near: &*near, far: &*far, now: &clock::now, longest: MAX_SEALED }.conforms();
         let before = clock::now();
         assert_eq!(near.receive(before, &mut [0; 8]).unwrap(), None);
         assert!(clock::now().since(before) < 50 * MAX_WAIT.as_nanos() as i64, "a stop is seen");
         let [near, far] = [near, far].map(Impaired::new);
-        let pair = Pair { near: &near, far: &far, now: &clock::now };
+        let pair = Pair { near: &near, far: &far, now: &clock::now, longest: MAX_SEALED };
         for impairment in [Impairment::NONE, slow.clone(), Impairment::NONE] {
             near.impair(&impairment, 1, HostIndex(0));
             pair.delays_what_it_sends(impairment.latency_s);
@@ -159,11 +210,11 @@ fn virtual_links_conform() {
             LocalTime(ticking.get())
         };
         let [near, far] = [0, 1].map(|host| network.end(HostIndex(host)));
-        Pair { near: &near, far: &far, now: &now }.conforms();
+        Pair { near: &near, far: &far, now: &now, longest: MAX_DATAGRAM }.conforms();
         let [near, far] = [near, far].map(|end| Impaired::new(Box::new(end)));
         let doubled = Impairment { latency_s: 0.002, ..Impairment::NONE };
         near.impair(&doubled, 1, HostIndex(0));
-        let pair = Pair { near: &near, far: &far, now: &now };
+        let pair = Pair { near: &near, far: &far, now: &now, longest: MAX_DATAGRAM };
         pair.conforms();
         pair.delays_what_it_sends(0.002);
     }

@@ -10,8 +10,8 @@ use super::numbers::duration;
 
 #[derive(Args, Debug)]
 pub(super) struct ProbeFlags {
-    /// Where `cotouch probe serve` listens, HOST:PORT
-    #[arg(value_name = "ADDR")]
+    /// The ticket that `cotouch probe serve` prints; on the same computer and account its HOST:PORT will do
+    #[arg(value_name = "TICKET")]
     server: String,
     /// Packets a second, Hz
     #[arg(long, value_name = "HZ", default_value = "128")]
@@ -35,7 +35,7 @@ pub(super) enum ProbeServe {
 }
 
 pub(super) fn lift_probe(flags: Option<ProbeFlags>) -> Result<Command, String> {
-    let flags = flags.ok_or("`cotouch probe` needs the ADDR where `cotouch probe serve` listens")?;
+    let flags = flags.ok_or("`cotouch probe` needs the TICKET that `cotouch probe serve` prints")?;
     let ProbeFlags { server, rate, duration: duration_s, sweep } = flags;
     Ok(Command::Probe(Probe { server, rate, duration_s, sweep }))
 }
