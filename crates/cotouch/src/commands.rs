@@ -25,7 +25,7 @@ use crate::failure::{Failure, Verdict};
 pub(crate) fn execute(invocation: &Invocation) -> Result<Verdict, Failure> {
     let Invocation { command, overrides, output } = invocation;
     if !overrides.is_empty() && !takes_overrides(command) {
-        eprintln!("note: --set has no effect here, because this command reads no scene from you");
+        tell!("note: --set has no effect here, because this command reads no scene from you");
     }
     match command {
         Command::Run(run) => run::run(run, overrides, output),
@@ -83,5 +83,7 @@ pub(crate) fn log_to_stderr() {
         .with_writer(std::io::stderr)
         .without_time()
         .with_target(false)
+        // It would be told where the line could not be.
+        .log_internal_errors(false)
         .init();
 }

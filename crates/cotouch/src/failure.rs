@@ -28,7 +28,7 @@ pub(crate) fn tell_panics_in_one_sentence() {
         let name = thread.name().unwrap_or("without a name").to_owned();
         let text = panic.payload_as_str().unwrap_or("no reason given");
         let place = panic.location().map_or_else(String::new, |place| format!(" ({place})"));
-        eprintln!("error: the thread {name} panicked, which is a fault of this program: {text}{place}");
+        tell!("error: the thread {name} panicked, which is a fault of this program: {text}{place}");
     }));
 }
 
@@ -51,11 +51,11 @@ impl Failure {
     pub(crate) fn report(&self) -> ExitCode {
         match self {
             Self::Usage(reason) => {
-                reason.lines().for_each(|line| eprintln!("error: {line}"));
+                reason.lines().for_each(|line| tell!("error: {line}"));
                 ExitCode::from(2)
             }
             Self::Running(error) => {
-                eprintln!("error: {}", in_one_sentence(error));
+                tell!("error: {}", in_one_sentence(error));
                 ExitCode::from(1)
             }
         }

@@ -1,5 +1,11 @@
 //! The command line of cotouch: cooperative haptics whose stability is proven before anyone touches it.
 
+// They panic where nobody reads any more, which must not end a session: see `tell!`.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
+
+#[macro_use]
+mod tell;
+
 mod arguments;
 mod commands;
 mod experiments;

@@ -47,7 +47,7 @@ impl Output {
     /// Says something on the way: on stdout, or on stderr where stdout is for JSON.
     pub(crate) fn say(&self, sentence: impl Display) {
         if self.json {
-            eprintln!("{sentence}");
+            tell!("{sentence}");
         } else {
             // A reader that went away is noticed when the answer is given.
             let _ = writeln!(std::io::stdout(), "{sentence}");
@@ -67,7 +67,7 @@ impl Output {
 
 /// Says which file was written, where it is in nobody's way.
 fn told(file: &Path) {
-    eprintln!("wrote {}", file.display());
+    tell!("wrote {}", file.display());
 }
 
 /// Writes a file, with the folders that it is to be in.

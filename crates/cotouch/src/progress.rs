@@ -103,7 +103,7 @@ impl Work {
         while !self.has_ended_within(wait) {
             match shown {
                 Shown::Lines => {
-                    eprintln!("{}", self.line());
+                    tell!("{}", self.line());
                     wait = LINE_EVERY;
                 }
                 Shown::Bar => {
@@ -140,9 +140,7 @@ const PAIR_NS: i64 = 200_000_000;
 /// Nothing is waited for, but no device goes on rendering.
 fn end_at_once() -> ! {
     cotouch_runtime::switch_off_all_forces();
-    eprintln!(
-        "error: interrupted twice: all forces are off, and the program ends without an orderly release"
-    );
+    tell!("error: interrupted twice: all forces are off, and the program ends without an orderly release");
     std::process::exit(1);
 }
 

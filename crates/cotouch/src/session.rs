@@ -54,7 +54,7 @@ pub(crate) fn run_virtual(
         !stop.is_set()
     };
     let recording = plan.recording.as_deref();
-    let tell = |note: String| eprintln!("note: {note}");
+    let tell = |note: String| tell!("note: {note}");
     Ok(virtual_run::run_with_devices(scene, &plan.devices, tell, duration_s, recording, keep_on)?)
 }
 
@@ -113,7 +113,7 @@ pub(crate) fn watch(
     output: &Output,
 ) -> anyhow::Result<(Summary, Scene)> {
     let live = Arc::new(live);
-    live.device_notes().iter().for_each(|note| eprintln!("note: {note}"));
+    live.device_notes().iter().for_each(|note| tell!("note: {note}"));
     let viewer = match plan.viewer {
         Some(address) => start_viewer(Show::Live(Arc::clone(&live), base), address, "join it", output),
         None => None,
@@ -126,7 +126,7 @@ pub(crate) fn watch(
         // A session that can be changed tells its pages itself; its users read there what has happened.
         if !live.may_change() || viewer.is_none() {
             for news in live.take_news() {
-                eprintln!("note: {news}");
+                tell!("note: {news}");
                 viewer.iter().for_each(|viewer| viewer.tell(&news));
             }
         }
@@ -146,7 +146,7 @@ pub(crate) fn watch(
         }
         if let (Some(warning), false) = (live.warning(), warned) {
             warned = true;
-            eprintln!("warning: {warning}");
+            tell!("warning: {warning}");
         }
         if let (Some(progress), Some(duration_s)) = (&progress, plan.duration_s) {
             progress.show(live.elapsed_s() / duration_s);
@@ -165,7 +165,7 @@ pub(crate) fn watch(
 /// Says at once what has failed, to whoever waits here and to all pages.
 fn tell_failures(live: &LiveSession, viewer: Option<&Viewer>) {
     for failure in live.take_failures() {
-        eprintln!("error: {failure}");
+        tell!("error: {failure}");
         viewer.iter().for_each(|viewer| viewer.tell(&failure));
     }
 }
@@ -185,10 +185,7 @@ impl RecordingGrowth {
         let gb = file.metadata().map_or(0, |facts| facts.len() / 1_000_000_000);
         if gb > self.told_gb {
             self.told_gb = gb;
-            eprintln!(
-                "note: the recording {} has grown to {gb} GB; --no-record runs without",
-                file.display()
-            );
+            tell!("note: the recording {} has grown to {gb} GB; --no-record runs without", file.display());
         }
     }
 }
@@ -207,7 +204,7 @@ fn start_viewer(show: Show, address: SocketAddr, what_for: &str, output: &Output
     let predictor = match Analyst::new() {
         Ok(analyst) => Arc::new(analyst),
         Err(error) => {
-            eprintln!("warning: no page: {error}");
+            tell!("warning: no page: {error}");
             return None;
         }
     };
@@ -215,14 +212,14 @@ fn start_viewer(show: Show, address: SocketAddr, what_for: &str, output: &Output
         Ok(viewer) => {
             output.say(format_args!("{what_for} on http://{}", viewer.address()));
             if !viewer.address().ip().is_loopback() {
-                eprintln!(
+                tell!(
                     "note: anyone who reaches this address can watch the session and move its hands; nothing is encrypted"
                 );
             }
             Some(viewer)
         }
         Err(error) => {
-            eprintln!("warning: {error}");
+            tell!("warning: {error}");
             None
         }
     }

@@ -64,7 +64,7 @@ pub(super) fn resolve(text: &str) -> Result<Route, Failure> {
 pub(super) fn post(ticket: Ticket) -> Option<PostedTicket> {
     PostedTicket::post(ticket)
         .inspect_err(|error| {
-            eprintln!("note: on this computer too, others need the whole ticket: {}", in_one_sentence(error));
+            tell!("note: on this computer too, others need the whole ticket: {}", in_one_sentence(error));
         })
         .ok()
 }

@@ -32,7 +32,7 @@ pub(super) fn analyze_until(scene: &Scene, stop: &Stop) -> Result<Option<Stabili
     match answer {
         Ok(stability) => Ok(Some(stability)),
         Err(error) if error.is_too_large() => {
-            eprintln!("note: no prediction: {error}");
+            tell!("note: no prediction: {error}");
             Ok(None)
         }
         Err(error) => Err(Failure::Running(error.into())),
@@ -56,7 +56,7 @@ pub(super) fn predicted_if_possible(scene: &Scene) -> Option<Predicted> {
     match cotouch_analysis::analyze(scene) {
         Ok(stability) => Some(predicted(&stability)),
         Err(error) => {
-            eprintln!("note: no prediction: {error}");
+            tell!("note: no prediction: {error}");
             None
         }
     }

@@ -29,7 +29,7 @@ pub(super) fn serve(listen: Route, output: &Output) -> Result<Verdict, Failure> 
     let ticket = reflector.ticket();
     let _posted = post(ticket);
     output.say(format_args!("measure with: cotouch probe {}", tickets::for_others(ticket)));
-    eprintln!("sending probes back at {}; Ctrl-C ends it", ticket.address);
+    tell!("sending probes back at {}; Ctrl-C ends it", ticket.address);
     let reflected = reflector.run(&stop)?;
     output.answer_as(&json!({ "reflected": reflected }), &format!("{reflected} probes sent back"))?;
     Ok(Verdict::Good)

@@ -46,7 +46,7 @@ pub(super) fn replay(replay: &Replay, output: &Output) -> Result<Verdict, Failur
 fn compare(file: &Path, csv: Option<&Path>, output: &Output) -> Result<Verdict, Failure> {
     let mut replayed = session::replay(file)?;
     if replayed.ended_abruptly {
-        eprintln!("note: {} stops without its end; what it holds is replayed", file.display());
+        tell!("note: {} stops without its end; what it holds is replayed", file.display());
     }
     let tables = csv.map(|folder| write_tables(file, folder)).transpose()?.unwrap_or_default();
     let difference = replayed.comparison.first_difference.as_ref().map(ToString::to_string);

@@ -151,7 +151,7 @@ fn limits(host: &Host) -> Option<OwnLimits> {
 /// The scene with forces that this host allows; what it asks for beyond is told.
 fn limited(scene: Scene, host: &Host) -> Scene {
     let Some(limits) = limits(host) else { return scene };
-    limits.refusal(&scene).into_iter().for_each(|refusal| eprintln!("note: {refusal}"));
+    limits.refusal(&scene).into_iter().for_each(|refusal| tell!("note: {refusal}"));
     limits.apply(&scene)
 }
 
@@ -159,7 +159,7 @@ fn limited(scene: Scene, host: &Host) -> Scene {
 fn load_realisable(name: &str, overrides: &[Override]) -> Result<Scene, Failure> {
     let (scene, difference) = real_time::realisable(&cotouch_scene::load(name, overrides)?);
     if let Some(difference) = difference {
-        eprintln!("note: {difference}");
+        tell!("note: {difference}");
     }
     Ok(scene)
 }
@@ -219,7 +219,7 @@ const LARGEST_DRAWN: u64 = 256 << 20;
 fn is_drawn(recording: &Path) -> bool {
     let is_small = recording.metadata().is_ok_and(|facts| facts.len() <= LARGEST_DRAWN);
     if !is_small {
-        eprintln!("note: no picture is drawn of a recording of more than {} MB", LARGEST_DRAWN >> 20);
+        tell!("note: no picture is drawn of a recording of more than {} MB", LARGEST_DRAWN >> 20);
     }
     is_small
 }

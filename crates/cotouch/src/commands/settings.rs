@@ -34,7 +34,7 @@ pub(super) fn complete(summary: &mut Summary, first: &Scene, predicted: Option<P
     drop(progress);
     if known.left_out > 0 {
         let left_out = known.left_out;
-        eprintln!("note: {left_out} more settings were tried than could be predicted in {LONGEST_S} s");
+        tell!("note: {left_out} more settings were tried than could be predicted in {LONGEST_S} s");
     }
 }
 

@@ -51,6 +51,26 @@ fn a_panic_in_the_haptic_thread_is_exit_status_1_and_one_sentence() {
 }
 
 #[test]
+fn a_session_goes_on_when_nobody_reads_what_it_says() {
+    let folder = folder();
+    let run = |words: &[&str]| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_cotouch"));
+        let command = command.args(words).current_dir(folder.path()).stdout(Stdio::null());
+        let mut process = command.stderr(Stdio::piped()).spawn().expect("the program starts");
+        drop(process.stderr.take());
+        process.wait().unwrap().code()
+    };
+    let recorded = ["run", "single-axis", "--headless", "--duration", "1", "--json", "--record", "here.mcap"];
+    assert_eq!(run(&recorded), Some(0));
+    assert_eq!(run(&["replay", "here.mcap"]), Some(0));
+    // Nor is what failed less orderly for it.
+    let words = run_with("faulty:panic@0.5");
+    let words: Vec<&str> = words.iter().map(String::as_str).chain(["--json"]).collect();
+    assert_eq!(run(&words), Some(1));
+    assert_eq!(run(&["run", "nowhere.toml"]), Some(2));
+}
+
+#[test]
 fn a_termination_is_heard_while_a_device_blocks() {
     for name in ["-TERM", "-HUP", "-INT"] {
         let (mut process, _said) = started(&run_with("faulty:block@0.5"), "forces were switched off");
