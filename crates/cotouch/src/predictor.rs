@@ -1,5 +1,8 @@
 //! What the page's lesson is told: the analysis of the scene as it would run, part by part.
 
+use std::collections::VecDeque;
+use std::sync::{Mutex, PoisonError};
+
 use cotouch_analysis::{
     AnalysisError, Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze,
     analyze_settled, margins, stability_map,
@@ -17,25 +20,46 @@ const MAX_VALUES: usize = 200;
 /// Contact modes that the page lists, the worst ones.
 const MAX_MODES: usize = 64;
 
+/// Whole verdicts that are remembered: scripts that begin anew and settings that come back ask again for what took seconds.
+const MAX_KNOWN: usize = 8;
+
 /// Answers by analysing, on one core: the others belong to the session that runs.
 pub(crate) struct Analyst {
     pool: rayon::ThreadPool,
+    /// Whole verdicts, the newest first.
+    known: Mutex<VecDeque<(Scene, Stability)>>,
 }
 
 impl Analyst {
     pub(crate) fn new() -> anyhow::Result<Self> {
-        Ok(Self { pool: rayon::ThreadPoolBuilder::new().num_threads(1).build()? })
+        Ok(Self { pool: rayon::ThreadPoolBuilder::new().num_threads(1).build()?, known: Mutex::default() })
+    }
+
+    /// What is known of a scene, and whether that is all: where not all is asked for, it may be the contacts that scripts make.
+    fn look(&self, scene: &Scene, all: bool) -> Result<(Stability, bool), AnalysisError> {
+        let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some((_, known)) = lock().iter().find(|(known, _)| known == scene) {
+            return Ok((known.clone(), true));
+        }
+        if !all {
+            return self.pool.install(|| first_look(scene)).map(|stability| (stability, false));
+        }
+        let stability = self.pool.install(|| analyze(scene))?;
+        let mut known = lock();
+        known.truncate(MAX_KNOWN - 1);
+        known.push_front((scene.clone(), stability.clone()));
+        Ok((stability, true))
     }
 }
 
 impl Predictor for Analyst {
     fn predict(&self, question: &Question, wanted: &(dyn Fn() -> bool + Sync), tell: &mut dyn FnMut(Answer)) {
         let Question { scene, whole, margin, map } = question;
-        let is_whole = *whole || !is_slow(scene);
-        let look = if is_whole { analyze } else { first_look };
-        tell(match self.pool.install(|| look(scene)) {
+        tell(match self.look(scene, *whole || !is_slow(scene)) {
             // What is unstable in one contact mode stays so, however many more are looked at.
-            Ok(stability) => Answer::Verdict(verdict(&stability, is_whole || stability.stable.is_some())),
+            Ok((stability, is_whole)) => {
+                Answer::Verdict(verdict(&stability, is_whole || stability.stable.is_some()))
+            }
             Err(error) => Answer::Failed("verdict", error.to_string()),
         });
         if let (Some(axes), true) = (map, wanted()) {
@@ -188,6 +212,29 @@ mod tests {
         let [x, y] = ["x", "y"].map(|axis| map[axis]["values"].as_array().unwrap().clone());
         assert_eq!((x.len(), y.len()), (20, 20));
         assert!(!map["boundary"].as_array().unwrap().is_empty());
+    }
+
+    #[test]
+    fn what_was_judged_whole_is_known_from_then_on() {
+        let analyst = Analyst::new().unwrap();
+        let verdict = |more: usize, whole: bool| {
+            let damping = 10 + more;
+            let set = format!("coupling.object_object.damping_n_s_per_m={damping}").parse().unwrap();
+            let scene = cotouch_scene::load("push-wall", &[set]).unwrap();
+            let mut found = Vec::new();
+            let question = Question { scene, whole, margin: false, map: None };
+            analyst.predict(&question, &|| true, &mut |answer| found.push(answer));
+            let [Answer::Verdict(verdict)] = &found[..] else { panic!("{found:?}") };
+            verdict.clone()
+        };
+        let first = verdict(0, false);
+        let whole = verdict(0, true);
+        assert_ne!(first, whole);
+        assert_eq!(verdict(0, false), whole);
+        // Of other settings nothing is known, and not for ever.
+        assert_eq!(verdict(1, false)["whole"], json!(false));
+        (1..=MAX_KNOWN).for_each(|more| drop(verdict(more, true)));
+        assert_eq!(verdict(0, false), first);
     }
 
     #[test]

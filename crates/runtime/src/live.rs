@@ -304,7 +304,7 @@ impl LiveSession {
         self.shared.present().has_ended()
     }
 
-    /// Waits for the end and says what happened in the last session.
+    /// Waits for the end and says what happened in the last session; the verdict is about all of them.
     pub fn finish(self) -> Summary {
         while !self.has_ended() {
             thread::sleep(LOOK_PERIOD);
@@ -322,7 +322,7 @@ impl LiveSession {
             .map(SessionHandle::finish)
             .or(summary)
             .expect("a session has run, and its end is asked for once");
-        Summary { earlier: ended, ..last }
+        last.after(ended)
     }
 }
 

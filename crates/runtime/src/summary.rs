@@ -134,6 +134,13 @@ impl Summary {
         }
     }
 
+    /// The same with the sessions before this one, the worst of which its verdict is about too.
+    #[must_use]
+    pub(crate) fn after(self, earlier: Vec<EarlierSession>) -> Self {
+        let verdict = earlier.iter().map(|session| session.verdict).fold(self.verdict, RunVerdict::max);
+        Self { verdict, stable: verdict == RunVerdict::Quiet, earlier, ..self }
+    }
+
     /// All that failed, in the sessions before this one too.
     pub fn all_failures(&self) -> impl Iterator<Item = &str> {
         let earlier = self.earlier.iter().flat_map(|session| &session.failures);

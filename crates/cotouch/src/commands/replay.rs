@@ -33,6 +33,10 @@ pub(super) fn replay(replay: &Replay, output: &Output) -> Result<Verdict, Failur
     let stop = Stop::on_interrupt()?;
     let files = std::iter::once(&replay.file).chain(&replay.beside).cloned().collect();
     let page = session::show_recordings(files, address, output)?;
+    if replay.beside.is_some() {
+        let first = replay.file.display();
+        output.say(format_args!("the page shows both; what follows is about {first} alone"));
+    }
     let verdict = compare(&replay.file, replay.csv.as_deref(), output)?;
     output.say(format_args!("the page stays until Ctrl-C"));
     while !stop.is_set() {

@@ -67,11 +67,10 @@ pub(super) fn text(summary: &Summary) -> String {
     for user in &summary.users_detail {
         if let (Some(peak_force_n), Some(energy_j)) = (user.peak_force_n, user.energy_j) {
             let active = user.passivity.filter(|seen| seen.least_energy_j < -LEAST_TOLD_J);
+            let from = if hands_put_in(summary) { " (from other hands, through the object)" } else { "" };
             let active = active.map_or_else(String::new, |seen| {
-                format!(
-                    "; up to {:.4} J more came out at one finger than went in there (from other hands, through the object)",
-                    -seen.least_energy_j
-                )
+                let more_j = -seen.least_energy_j;
+                format!("; up to {more_j:.4} J more came out at one finger than went in there{from}")
             });
             row(&user.name, format!("peak force {peak_force_n:.2} N, energy {energy_j:.4} J{active}"));
         }
@@ -94,6 +93,11 @@ pub(super) fn text(summary: &Summary) -> String {
         row("picture", file.clone());
     }
     text
+}
+
+/// Whether all hands together put in what came out at some: where they did not, the session made it.
+fn hands_put_in(summary: &Summary) -> bool {
+    summary.users_detail.iter().filter_map(|user| user.energy_j).sum::<f64>() >= 0.0
 }
 
 /// The outcome beside the prediction, in one sentence; of each of its settings, where they were changed.

@@ -10,29 +10,49 @@ const MAX_TOLD: usize = 12;
 /// What was predicted and what ran with each of the settings, in one sentence; nothing where none were changed.
 pub(super) fn verdict(summary: &Summary) -> Option<String> {
     let agreement = agreement(summary)?;
+    let tried = tried(summary);
     let mut text = format!("{}, {agreement}", summary.verdict.in_words());
-    for session in &summary.earlier {
-        let _ = write!(text, "; before, in {}", session.scene);
-        push(&mut text, &session.predictions);
+    let is_one_scene = tried.iter().all(|settings| settings.scene == tried[0].scene);
+    let mut before = None;
+    for (index, settings) in tried.iter().take(MAX_TOLD).enumerate() {
+        let separator = if index == 0 { ": " } else { "; " };
+        let scene = Some(settings.scene).filter(|scene| !is_one_scene && before != Some(scene));
+        let scene = scene.map_or_else(String::new, |scene| format!("{scene}, "));
+        let _ = write!(text, "{separator}{scene}{}", told(settings));
+        before = Some(&settings.scene);
     }
-    if !summary.earlier.is_empty() {
-        let _ = write!(text, "; then, in {}", summary.scene);
+    if let Some(more) = tried.len().checked_sub(MAX_TOLD).filter(|&more| more > 0) {
+        let _ = write!(text, "; and {more} more settings");
     }
-    push(&mut text, &summary.predictions);
     Some(text)
 }
 
-fn push(text: &mut String, stretches: &[SettingsSummary]) {
-    for (index, stretch) in stretches.iter().take(MAX_TOLD).enumerate() {
-        let separator = if index == 0 { ": " } else { "; " };
-        let _ = write!(text, "{separator}{}", told(stretch));
-    }
-    if let Some(more) = stretches.len().checked_sub(MAX_TOLD).filter(|&more| more > 0) {
-        let _ = write!(text, "; and {more} more settings");
-    }
+/// Settings that ran until others did, in one session or in several.
+struct Tried<'a> {
+    scene: &'a str,
+    first: &'a SettingsSummary,
+    verdict: Option<RunVerdict>,
 }
 
-fn told(stretch: &SettingsSummary) -> String {
+/// All settings in order.
+fn tried(summary: &Summary) -> Vec<Tried<'_>> {
+    let earlier = summary.earlier.iter().map(|session| (session.scene.as_str(), &session.predictions));
+    let sessions = earlier.chain([(summary.scene.as_str(), &summary.predictions)]);
+    let stretches = sessions.flat_map(|(scene, stretches)| stretches.iter().map(move |first| (scene, first)));
+    let mut all: Vec<Tried<'_>> = Vec::new();
+    for (scene, stretch) in stretches {
+        match all.last_mut() {
+            Some(last) if last.scene == scene && last.first.settings == stretch.settings => {
+                // What was too short to tell takes nothing from what was seen.
+                last.verdict = last.verdict.max(stretch.verdict);
+            }
+            _ => all.push(Tried { scene, first: stretch, verdict: stretch.verdict }),
+        }
+    }
+    all
+}
+
+fn told(&Tried { first: stretch, verdict, .. }: &Tried<'_>) -> String {
     let settings: Vec<String> =
         stretch.settings.iter().map(|(key, value)| format!("{key} = {value}")).collect();
     let settings = if settings.is_empty() { "as at first".to_owned() } else { settings.join(", ") };
@@ -45,7 +65,7 @@ fn told(stretch: &SettingsSummary) -> String {
         (None, Some(_)) => "not proven stable",
         (None, None) => "not predicted",
     };
-    let ran = match stretch.verdict {
+    let ran = match verdict {
         Some(RunVerdict::Quiet) => "quiet",
         Some(RunVerdict::Shaking) => "shook",
         Some(RunVerdict::Diverging) => "diverged",
@@ -56,14 +76,13 @@ fn told(stretch: &SettingsSummary) -> String {
 
 /// Whether runs were as predicted, in words; nothing where no settings were changed.
 pub(super) fn agreement(summary: &Summary) -> Option<String> {
-    let earlier = summary.earlier.iter().flat_map(|session| &session.predictions);
-    let stretches: Vec<&SettingsSummary> = earlier.chain(&summary.predictions).collect();
-    if stretches.len() < 2 {
+    let tried = tried(summary);
+    if tried.len() < 2 {
         return None;
     }
     let agrees =
-        |stretch: &&SettingsSummary| Some(stretch.stable? == (stretch.verdict? == RunVerdict::Quiet));
-    let known: Vec<bool> = stretches.iter().filter_map(agrees).collect();
+        |settings: &Tried<'_>| Some(settings.first.stable? == (settings.verdict? == RunVerdict::Quiet));
+    let known: Vec<bool> = tried.iter().filter_map(agrees).collect();
     let agreeing = known.iter().filter(|&&agrees| agrees).count();
     Some(match (agreeing, known.len()) {
         (_, 0) => "which no prediction can be held against".to_owned(),
@@ -137,8 +156,26 @@ mod tests {
         summary.earlier.push(EarlierSession::from(&summary.clone()));
         summary.predictions = vec![stretch(0.0, Some(500.0), Some(true), Some(RunVerdict::Quiet))];
         let text = verdict(&summary).unwrap();
-        assert!(text.contains("; before, in single-axis: at first: predicted stable"), "{text}");
-        assert!(text.ends_with("; then, in single-axis: coupling.object_object.stiffness_n_per_m = 500: predicted stable, quiet"), "{text}");
+        assert!(text.contains("settings: at first: predicted stable"), "{text}");
+        let of_500 = "coupling.object_object.stiffness_n_per_m = 500: predicted stable, quiet";
+        assert!(text.ends_with(&format!("as at first: predicted stable, quiet; {of_500}")), "{text}");
+        summary.scene = "other".to_owned();
+        let text = verdict(&summary).unwrap();
+        assert!(text.contains("settings: single-axis, at first: predicted stable, quiet; from"), "{text}");
+        assert!(text.ends_with(&format!("; other, {of_500}")), "{text}");
+    }
+
+    #[test]
+    fn scripts_that_began_anew_are_no_other_settings() {
+        let mut summary = lesson();
+        summary.predictions.truncate(1);
+        summary.earlier = vec![EarlierSession::from(&summary.clone()); 3];
+        assert_eq!((verdict(&summary), agreement(&summary)), (None, None));
+        // Nor does one that was cut short hide what another was.
+        summary.predictions[0].verdict = None;
+        summary.earlier[1].predictions[0].verdict = Some(RunVerdict::Shaking);
+        summary.predictions.push(stretch(9.0, Some(1.0), Some(true), Some(RunVerdict::Quiet)));
+        assert_eq!(agreement(&summary).unwrap(), "as predicted with 1 of 2 settings");
     }
 
     #[test]

@@ -264,7 +264,9 @@ fn a_watched_session_that_shakes_against_its_limits_is_stopped_and_waits_for_oth
     assert_eq!((session.paused(), session.scene().1), (None, 2));
     wait_for_ticks(&session, 100);
     let summary = stop(session);
+    // What came after does not make good what was.
     assert_ne!(summary.earlier[0].verdict, RunVerdict::Quiet);
+    assert_eq!((summary.verdict, summary.stable), (summary.earlier[0].verdict, false));
 }
 
 #[test]

@@ -40,7 +40,7 @@ pub(super) struct HostFlags {
 #[derive(Args, Debug, Default, PartialEq)]
 struct SharedFlags {
     /// Where the recording goes; its picture stands beside it as .svg
-    /// [default: recordings/SCENE-TIME.mcap, TIME in UTC]
+    /// [default: recordings/SCENE-TIME.mcap (of a joiner joined-TIME.mcap), TIME in UTC]
     #[arg(long, value_name = "FILE.mcap", conflicts_with = "no_record")]
     record: Option<PathBuf>,
     /// No recording and no picture

@@ -163,6 +163,9 @@ fn text(answer: &Answer) -> String {
         let stable = match (max_stable_young_pa, moduli.is_empty()) {
             (_, true) => "the object has no Young's modulus".to_owned(),
             (None, _) => "nothing".to_owned(),
+            (Some(pa), _) if moduli.iter().all(|modulus| modulus.stable) => {
+                format!("{} kPa, the largest that was tried", pa / 1e3)
+            }
             (Some(pa), _) => format!("{} kPa", pa / 1e3),
         };
         let _ = writeln!(

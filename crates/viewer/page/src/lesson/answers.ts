@@ -19,7 +19,7 @@ export function listModes(verdict: VerdictMessage): HTMLElement {
 
 export function listMargins(margin: MarginMessage, controls: readonly Control[]): HTMLElement {
   const words = margins(margin, controls);
-  if (words.length === 0) words.push("No limit was found within what was looked at.");
+  if (words.length === 0 && margin.notes.length === 0) words.push("No limit was found within what was looked at.");
   return make("ul", { class: "words" }, ...[...words, ...margin.notes].map((text) => make("li", {}, text)));
 }
 
