@@ -167,20 +167,27 @@ pub(crate) fn poles_of(
 
 /// Of a map that was balanced with `scales`.
 fn eigenvalues_of_rest(
-    mut matrix: DMatrix<f64>,
+    balanced: DMatrix<f64>,
     scales: &[f64],
     structure: &Structure,
 ) -> Result<Vec<Complex<f64>>, EigenvalueError> {
     let unscale = |vector: &DVector<f64>| DVector::from_fn(vector.len(), |i, _| vector[i] / scales[i]);
-    let mut vectors: Vec<_> = structure.rigid.iter().chain(&structure.loose).map(unscale).collect();
+    let known: Vec<_> = structure.rigid.iter().chain(&structure.loose).collect();
+    let mut vectors: Vec<_> = known.iter().copied().map(unscale).collect();
     let deflated = !vectors.is_empty();
     vectors.reverse();
+    let mut gone = Vec::new();
+    let mut matrix = balanced.clone();
     // Each vector is an eigenvector once those before it are gone.
     while let Some(vector) = vectors.pop() {
+        let index = known.len() - vectors.len() - 1;
         // What follows from those before it is gone with them, and what the map does not have stays among the poles.
-        if !is_eigenvector(&matrix, &vector, structure.rounding) {
+        let is_one = is_eigenvector(&matrix, &vector, structure.rounding)
+            || is_eigenvector_in_units(&balanced, scales, &gone, known[index], structure.rounding);
+        if !is_one {
             continue;
         }
+        gone.push(known[index]);
         let (reduced, reflection) = deflate(&matrix, &vector);
         matrix = reduced;
         for later in &mut vectors {
@@ -197,6 +204,36 @@ fn eigenvalues_of_rest(
 /// Whether `A·v = v`, to a relative `rounding`.
 fn is_eigenvector(matrix: &DMatrix<f64>, vector: &DVector<f64>, rounding: f64) -> bool {
     (matrix * vector - vector).norm() <= rounding * (1.0 + matrix.norm()) * vector.norm()
+}
+
+/// Whether `A·v = v` but for what lies along the vectors that are `gone`, in the units of the states: where a pattern lets all else die
+/// out, balancing magnifies the rounding errors of what has died.
+fn is_eigenvector_in_units(
+    balanced: &DMatrix<f64>,
+    scales: &[f64],
+    gone: &[&DVector<f64>],
+    vector: &DVector<f64>,
+    rounding: f64,
+) -> bool {
+    let size = balanced.nrows();
+    let map = DMatrix::from_fn(size, size, |i, j| balanced[(i, j)] * (scales[i] / scales[j]));
+    let mut basis: Vec<DVector<f64>> = Vec::new();
+    for &one in gone {
+        let rest = without(&basis, one.clone());
+        basis.push(rest.normalize());
+    }
+    let vector = without(&basis, vector.clone());
+    let residual = without(&basis, &map * &vector - &vector);
+    vector.norm() > 0.0 && residual.norm() <= rounding * (1.0 + map.norm()) * vector.norm()
+}
+
+/// What of a vector is orthogonal to an orthonormal basis.
+fn without(basis: &[DVector<f64>], mut vector: DVector<f64>) -> DVector<f64> {
+    for direction in basis {
+        let along = direction.dot(&vector);
+        vector.axpy(-along, direction, 1.0);
+    }
+    vector
 }
 
 fn nearest_to_one(eigenvalues: &[Complex<f64>]) -> Option<f64> {

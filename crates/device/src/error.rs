@@ -39,6 +39,12 @@ pub enum DeviceError {
         /// Fingers that the device had at the start.
         expected: usize,
     },
+    /// A reading with a NaN or an infinity.
+    #[error("what it reports of finger {finger} is no number")]
+    ReadingNotFinite {
+        /// Which finger, from 1.
+        finger: usize,
+    },
     /// What the driver, the system or the device itself says.
     #[error("{0}")]
     Driver(DriverReason),

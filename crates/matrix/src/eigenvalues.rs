@@ -112,6 +112,29 @@ fn power_of_two(ratio: f64) -> f64 {
 /// # Errors
 /// When the iteration does not converge, in any of the ways that are tried.
 pub fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
+    let largest = matrix.amax();
+    if largest == 0.0 || PRODUCTS_ARE_SAFE.contains(&largest) {
+        return of_middling(matrix);
+    }
+    // By a power of two, which is exact but where numbers are lost beside the largest anyway.
+    let (down, up) = scales(largest);
+    let values = of_middling(&(matrix * down[0] * down[1]))?;
+    Ok(values.into_iter().map(|value| value * up[0] * up[1]).collect())
+}
+
+/// Largest elements with which products of a few elements neither overflow nor vanish.
+const PRODUCTS_ARE_SAFE: std::ops::Range<f64> = 1e-60..1e60;
+
+/// Two powers of two that together bring `largest` near to 1, and their reciprocals: one alone may not be a number.
+fn scales(largest: f64) -> ([f64; 2], [f64; 2]) {
+    let exponent = largest.log2().round();
+    let half = (0.5 * exponent).round();
+    let parts = [half, exponent - half];
+    (parts.map(|part| (-part).exp2()), parts.map(f64::exp2))
+}
+
+/// Of a matrix whose largest element is neither huge nor tiny.
+fn of_middling(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, EigenvalueError> {
     francis::eigenvalues(matrix, Beside::Diagonal)
         .or_else(|| francis::eigenvalues(matrix, Beside::Norm))
         // Another basis is another course of the iteration.
@@ -181,6 +204,28 @@ mod tests {
         for (a, b) in sorted_norms(&good).iter().zip(sorted_norms(&bad)) {
             assert!((a - b).abs() < 1e-14, "{a} {b}");
         }
+    }
+
+    /// Loops whose pattern takes seconds have them: what dies out is 1e-200 by then, what grows 1e200.
+    #[test]
+    fn tiny_and_huge_matrices_are_as_good_as_others() {
+        let mut random = cotouch_testkit::Random::new(7);
+        for size in [2, 4, 8, 24, 32] {
+            let matrix = DMatrix::from_fn(size, size, |_, _| 2.0 * random.unit() - 1.0);
+            let expected = sorted_norms(&matrix);
+            for exponent in [-1000, -700, -300, -210, 210, 300, 700, 1000] {
+                let scale = f64::from(exponent).exp2();
+                let found = sorted_norms(&(&matrix * scale));
+                for (found, expected) in found.iter().zip(&expected) {
+                    assert!(
+                        (found / scale - expected).abs() < 1e-12,
+                        "{size} 2^{exponent}: {found} {expected}"
+                    );
+                }
+            }
+        }
+        let subnormal = DMatrix::from_element(3, 3, f64::from_bits(5));
+        assert!((sorted_norms(&subnormal)[2] / f64::from_bits(15) - 1.0).abs() < 0.1);
     }
 
     #[test]

@@ -411,12 +411,16 @@ impl<D: Device> Station<D> {
         fingers.map(govern).collect()
     }
 
-    /// Takes one reading a finger. A device that gives fewer has failed.
+    /// Takes one reading a finger. A device that gives fewer has failed, and so has one that reports what is no number: the world, which
+    /// would be lost with it for good, goes on with the reading of before.
     fn read_device(&mut self, tick: u64) -> Result<(), DeviceError> {
         let expected = self.state.governors.len();
         let readings = self.device.read(tick)?;
         let found = readings.len();
         let readings = readings.get(..expected).ok_or(DeviceError::MissingFingers { found, expected })?;
+        if let Some(finger) = readings.iter().position(|reading| !reading.is_finite()) {
+            return Err(DeviceError::ReadingNotFinite { finger: finger + 1 });
+        }
         refill(&mut self.instant.readings, readings.iter().copied());
         Ok(())
     }

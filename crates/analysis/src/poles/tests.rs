@@ -128,3 +128,22 @@ fn grasps_and_other_scenes_keep_their_verdict() {
         }
     }
 }
+
+/// Patterns of a second, over which all but the motion of the whole dies out.
+#[test]
+fn the_whole_is_taken_out_of_long_patterns_too() {
+    for (network_hz, users) in [(111.0, 5), (333.0, 4), (127.9, 3)] {
+        let set = [
+            "rates.control_hz=1000".to_owned(),
+            format!("rates.network_hz={network_hz}"),
+            format!("session.users={users}"),
+        ];
+        let set: Vec<_> = set.iter().map(|set| set.parse().unwrap()).collect();
+        let scene = cotouch_scene::load("single-axis", &set).unwrap();
+        let found = analyze_loop(&compile(&scene)[0].spec).unwrap();
+        assert_eq!(found.rigid_body_poles, 1, "{network_hz}");
+        // Half a second and more of what dies out within some hundredths.
+        assert!(found.spectral_radius < 1e-4, "{network_hz}: {}", found.spectral_radius);
+        assert!(found.drag_pole.unwrap().abs() < 1e-4, "{network_hz}");
+    }
+}

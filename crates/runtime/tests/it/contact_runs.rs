@@ -168,6 +168,8 @@ fn a_finger_that_tells_nonsense_is_let_go_of_smoothly_with_all_others() {
         }));
         assert!(before_n > 0.1, "{architecture}: there was something to let go of");
         assert_eq!(last[0], [DVec3::ZERO; 2], "{architecture}");
+        // The world is not lost with it.
+        assert!(session.hosts().iter().all(|host| !host.station.state.host.diverged), "{architecture}");
         assert!(session.hosts()[0].station.state.governors.iter().all(|state| state.is_released()));
     }
 }
