@@ -15,6 +15,8 @@ pub(crate) struct Control {
     pub(crate) elapsed_ns: AtomicU64,
     /// The run goes on until here at least, ns since its first tick, unless it is stopped.
     pub(crate) go_on_ns: AtomicU64,
+    /// When the run is to end, ns since its first tick; 0 where that is not said.
+    pub(crate) ends_ns: AtomicU64,
     pub(crate) started: AtomicBool,
     pub(crate) ended: AtomicBool,
     /// The haptic thread does not answer any more, and is not waited for; it must not render again.
@@ -44,6 +46,13 @@ impl Control {
     /// Whether the haptic thread is to let go and end: because somebody wants that, or because something failed.
     pub(crate) fn is_stopping(&self) -> bool {
         self.stop.load(Ordering::Relaxed) || self.failures.ends_session()
+    }
+
+    /// Whether the run should be over by now, no tick having come for `silent_ns`.
+    pub(crate) fn is_overdue(&self, silent_ns: i64) -> bool {
+        let ends_ns = self.ends_ns.load(Ordering::Relaxed);
+        let now_ns = self.elapsed_ns.load(Ordering::Relaxed).saturating_add(silent_ns.max(0) as u64);
+        ends_ns > 0 && now_ns >= ends_ns.max(self.go_on_ns.load(Ordering::Relaxed))
     }
 
     /// Whether no tick will come any more.

@@ -82,6 +82,7 @@ fn run_ticks(
     control: &Control,
 ) {
     let last = duration_s.map_or(u64::MAX, |duration_s| first.saturating_add(rate.ticks_in(duration_s)));
+    control.ends_ns.store(duration_s.map_or(0, |duration_s| (duration_s * 1e9) as u64), Ordering::Relaxed);
     let mut give_up = u64::MAX;
     let mut tick = first;
     let mut next_snapshot_ns = 0;

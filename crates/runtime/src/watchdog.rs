@@ -27,7 +27,7 @@ const PATIENCE_PERIODS: f64 = 3.0;
 /// Before the first tick, and while forces are off, the thread looks so often.
 const IDLE_NS: i64 = 5_000_000;
 
-/// A haptic thread that is asked to end, and does not tick for so long, is not waited for any more, ns.
+/// A haptic thread that is to end, and does not tick for so long, is not waited for any more, ns.
 const ABANDON_NS: i64 = 3_000_000_000;
 
 /// What looks at a heartbeat.
@@ -79,8 +79,10 @@ impl Watchdog {
             self.switch_off();
             heartbeat.stop();
         }
-        if self.control.is_stopping() && now.since(last) >= ABANDON_NS {
-            let seconds = now.since(last) / 1_000_000_000;
+        let silent_ns = now.since(last);
+        let is_to_end = self.control.is_stopping() || self.control.is_overdue(silent_ns);
+        if is_to_end && silent_ns >= ABANDON_NS {
+            let seconds = silent_ns / 1_000_000_000;
             failures.tell_and_end(format!(
                 "the haptic thread has not ticked for {seconds} s, perhaps because a device blocks it; its forces are off"
             ));
@@ -134,6 +136,27 @@ mod tests {
             assert!(are_off(&devices), "stood still after {stands_still_after_ms} ms");
             assert_eq!(watchdog.control.heartbeat.times(), 1);
         }
+    }
+
+    #[test]
+    fn a_thread_that_stands_still_beyond_the_runs_end_is_not_waited_for() {
+        let abandoned_at_ms = |ends_ms: u64, goes_on_ms: u64| {
+            let (watchdog, _) = watchdog(1000);
+            let control = &watchdog.control;
+            control.ends_ns.store(ends_ms * 1_000_000, Ordering::Relaxed);
+            control.go_on_ns.store(goes_on_ms * 1_000_000, Ordering::Relaxed);
+            // The last tick, half a second after the first.
+            control.elapsed_ns.store(500_000_000, Ordering::Relaxed);
+            assert!(!control.heartbeat.beat(at_ms(0)));
+            (0..10_000).find(|&ms| {
+                watchdog.look(at_ms(ms));
+                control.has_ended()
+            })
+        };
+        assert_eq!(abandoned_at_ms(1000, 0), Some(3000));
+        assert_eq!(abandoned_at_ms(6000, 0), Some(5500));
+        assert_eq!(abandoned_at_ms(1000, 8000), Some(7500), "somebody watches");
+        assert_eq!(abandoned_at_ms(0, 0), None, "for as long as it likes");
     }
 
     #[test]

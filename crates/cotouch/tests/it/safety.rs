@@ -71,6 +71,15 @@ fn a_session_goes_on_when_nobody_reads_what_it_says() {
 }
 
 #[test]
+fn a_device_that_never_answers_does_not_keep_a_run_beyond_its_duration() {
+    let folder = folder();
+    let words = ["run", "single-axis", "--headless", "--no-record", "--duration", "0.5"];
+    let output = cotouch(folder.path(), &[&words[..], &["--device", "anna=faulty:block@0.1"]].concat());
+    assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
+    assert!(stderr(&output).contains("the haptic thread has not ticked"), "{}", stderr(&output));
+}
+
+#[test]
 fn a_termination_is_heard_while_a_device_blocks() {
     for name in ["-TERM", "-HUP", "-INT"] {
         let (mut process, _said) = started(&run_with("faulty:block@0.5"), "forces were switched off");
