@@ -29,6 +29,9 @@ pub enum EigenvalueError {
     NoConvergence(usize),
 }
 
+/// Largest elements with which products of a few elements neither overflow nor vanish.
+const PRODUCTS_ARE_SAFE: std::ops::Range<f64> = 1e-60..1e60;
+
 /// All eigenvalues, in no particular order. Real eigenvalues have an imaginary part of exactly zero.
 ///
 /// # Errors
@@ -121,9 +124,6 @@ pub fn of_balanced(matrix: &DMatrix<f64>) -> Result<Vec<Complex<f64>>, Eigenvalu
     let values = of_middling(&(matrix * down[0] * down[1]))?;
     Ok(values.into_iter().map(|value| value * up[0] * up[1]).collect())
 }
-
-/// Largest elements with which products of a few elements neither overflow nor vanish.
-const PRODUCTS_ARE_SAFE: std::ops::Range<f64> = 1e-60..1e60;
 
 /// Two powers of two that together bring `largest` near to 1, and their reciprocals: one alone may not be a number.
 fn scales(largest: f64) -> ([f64; 2], [f64; 2]) {

@@ -1,6 +1,7 @@
 //! The largest force that a session as scripted may ask a device for.
 //!
-//! A bound from statics, for every finger:
+//! An estimate from statics, for every finger, and no bound: what a force that swings builds up near a resonance, the blow of a
+//! hand that a force has sped up, and hands that paths draw apart through one body are not in it.
 //!
 //! ```text
 //! F = 2·(grip + weight + Σ pushes of all other fingers) + max(2·own push, 2·1 N, path) + rendered

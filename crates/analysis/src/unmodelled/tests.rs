@@ -78,7 +78,7 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
 }
 
 #[test]
-fn what_a_session_asks_for_is_bounded_by_statics() {
+fn what_a_session_asks_for_is_estimated_by_statics() {
     let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
     // Twice the other's newton, and twice a pointer's.
     near(demanded_n(&load("single-axis", &[])), 2.0 * 1.0 + 2.0);

@@ -233,7 +233,7 @@ fn microseconds(times: &Percentiles) -> Option<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use cotouch_runtime::{Divergence, PredictedForDelay, RunVerdict};
+    use cotouch_runtime::{Divergence, PassivitySummary, PredictedForDelay, RunVerdict};
 
     fn summary() -> Summary {
         let scene = cotouch_scene::load("single-axis", &[]).expect("a built-in scene");
@@ -260,6 +260,23 @@ mod tests {
         network    2560 sent, 2560 received, 0 lost
         anna       peak force 1.25 N, energy 0.5000 J
         ");
+    }
+
+    #[test]
+    fn energy_comes_from_other_hands_where_hands_put_it_in() {
+        let told = |others_j: f64| {
+            let mut summary = summary();
+            summary.users_detail[0].energy_j = Some(-3.0);
+            summary.users_detail[0].passivity =
+                Some(PassivitySummary { least_energy_j: -4.0, ..PassivitySummary::default() });
+            (summary.users_detail[1].peak_force_n, summary.users_detail[1].energy_j) =
+                (Some(1.0), Some(others_j));
+            text(&summary)
+        };
+        assert!(
+            told(5.0).contains("4.0000 J more came out at one finger than went in there (from other hands")
+        );
+        assert!(!told(-1.0).contains("from other hands"), "{}", told(-1.0));
     }
 
     #[test]
