@@ -5,6 +5,7 @@ use cotouch_net::Entry;
 use cotouch_scene::geometry::Wrench;
 use cotouch_scene::names::HostIndex;
 use cotouch_world::BodyState;
+use glam::DVec3;
 
 use crate::bodies::Bodies;
 use crate::output::TickOutput;
@@ -19,7 +20,8 @@ pub(crate) fn render(peers: &[PeerState], output: &mut TickOutput) {
         if let Entry::Force { point, wrench } = entry
             && let Some(device) = output.device.get_mut(usize::from(*point))
         {
-            *device = Wrench::force(server.fade * wrench.force);
+            let added = server.forces.get(usize::from(*point)).map_or(DVec3::ZERO, |force| force.value().position);
+            *device = Wrench::force(server.fade * (wrench.force - added));
         }
     }
 }

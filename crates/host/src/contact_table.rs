@@ -63,11 +63,6 @@ impl ContactTable {
         self.len
     }
 
-    /// Contacts of fingers: the first ones, before those of corners.
-    pub(crate) fn finger_contacts(&self) -> usize {
-        self.groups.first().map_or(self.len, |group| group.first)
-    }
-
     /// Bodies with a surface, by their index.
     pub(crate) fn surfaces(&self) -> &[usize] {
         &self.surfaces

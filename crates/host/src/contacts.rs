@@ -100,9 +100,13 @@ impl Contacts {
         }
     }
 
-    /// Contacts of fingers with bodies begin anew. No allocation.
-    pub(crate) fn reanchor_fingers(&self, states: &mut ContactStates) {
-        states.all[..self.table.finger_contacts()].fill(ContactState::default());
+    /// The contacts of a finger with bodies begin anew. No allocation.
+    pub(crate) fn begin_anew(&self, states: &mut ContactStates, host: HostIndex, finger: usize) {
+        for nth in 0..self.table.surfaces().len() {
+            if let Some(contact) = states.all.get_mut(self.table.finger(host, finger, nth)) {
+                *contact = ContactState::default();
+            }
+        }
     }
 
     /// Places for the states of contacts.
@@ -127,13 +131,14 @@ impl Contacts {
         states.all.get(self.table.finger(host, finger, nth))
     }
 
-    fn model(&self, finger: Touching) -> &ContactModel {
+    fn model(&self, finger: &Touching<'_>) -> &ContactModel {
         if finger.is_held { &self.held } else { &self.own }
     }
 
-    /// A finger, as a sphere.
-    fn sphere(&self, finger: Touching) -> Option<Sphere> {
-        finger.place.map(|(centre, velocity)| Sphere { centre, velocity, radius_m: self.finger_radius_m })
+    /// A finger, as a sphere at a body.
+    fn sphere(&self, finger: &Touching<'_>, index: usize, body: &BodyState) -> Option<Sphere> {
+        let (centre, velocity) = finger.place_at(index, body)?;
+        Some(Sphere { centre, velocity, radius_m: self.finger_radius_m })
     }
 
     /// The contacts of one finger with all bodies, one tick on: wrenches on bodies into `output`. The force on the
@@ -143,16 +148,16 @@ impl Contacts {
         contacts: &mut ContactStates,
         (bodies, states): (&Bodies, &[BodyState]),
         output: &mut TickOutput,
-        finger: Touching,
+        finger: &Touching<'_>,
     ) -> DVec3 {
         let mut on_finger = DVec3::ZERO;
         for (nth, &index) in self.table.surfaces().iter().enumerate() {
             let contact = &mut contacts.all[self.table.finger(finger.host, finger.finger, nth)];
-            let Some(sphere) = self.sphere(finger) else {
+            let body = &states[index];
+            let Some(sphere) = self.sphere(finger, index, body) else {
                 *contact = ContactState::default();
                 continue;
             };
-            let body = &states[index];
             let Some(found) = bodies.models()[index].touch(self.model(finger), contact, body, &sphere) else {
                 continue;
             };
@@ -176,11 +181,11 @@ impl Contacts {
         &self,
         contacts: &ContactStates,
         (bodies, states): (&Bodies, &[BodyState]),
-        finger: Touching,
+        finger: &Touching<'_>,
     ) -> DVec3 {
         let mut on_finger = DVec3::ZERO;
-        let Some(sphere) = self.sphere(finger) else { return on_finger };
         for (nth, &index) in self.table.surfaces().iter().enumerate() {
+            let Some(sphere) = self.sphere(finger, index, &states[index]) else { return on_finger };
             let mut contact = contacts.all[self.table.finger(finger.host, finger.finger, nth)];
             let model = &bodies.models()[index];
             let found = model.touch(self.model(finger), &mut contact, &states[index], &sphere);

@@ -17,6 +17,7 @@ use glam::DVec3;
 use crate::bodies::Bodies;
 use crate::output::TickOutput;
 use crate::peers::PeerState;
+use crate::rejoining::BodyOffset;
 use crate::samples;
 
 /// The channels between the own copy of every body that moves and the copies of the peers.
@@ -121,16 +122,17 @@ impl CopyCoupling {
         output: &mut TickOutput,
     ) {
         let present_peers = peers.iter().map(|peer| peer.fade).sum();
-        let PeerState { fade, samples, memory, .. } = &mut peers[from.index()];
+        let PeerState { fade, samples, memory, bodies: displaced, .. } = &mut peers[from.index()];
         let Some(sample) = samples.held() else { return };
         for (place, &object) in bodies.moving().iter().enumerate() {
             let Some(copy) = samples::body(sample, object) else { continue };
             let received = samples::channel(sample, self.host, object);
             let memory = &mut memory[place * self.memory_per_body..];
+            let displaced = displaced.get(object).copied().unwrap_or_default();
             for channel in &self.channels {
                 let own = channel.own(bodies, states, object);
                 let motion = TickMotion {
-                    apart: channel.apart(&states[object], &copy),
+                    apart: channel.apart(&states[object], &copy, &displaced),
                     own,
                     received: &received[channel.vectors()],
                 };
@@ -153,11 +155,18 @@ impl Channel {
         }
     }
 
-    fn apart(&self, own: &BodyState, copy: &BodyState) -> Stretch {
+    fn apart(&self, own: &BodyState, copy: &BodyState, displaced: &BodyOffset) -> Stretch {
         let turning = |body: &BodyState| (body.pose.orientation, body.twist.angular);
-        match self.kind {
-            ChannelKind::Translation => Stretch::between(own.point(), copy.point()),
-            ChannelKind::Rotation => Stretch::between_orientations(turning(own), turning(copy)),
+        let (apart, offset) = match self.kind {
+            ChannelKind::Translation => (Stretch::between(own.point(), copy.point()), displaced.translation),
+            ChannelKind::Rotation => {
+                (Stretch::between_orientations(turning(own), turning(copy)), displaced.rotation)
+            }
+        };
+        let offset = offset.value();
+        Stretch {
+            position: apart.position - offset.position,
+            velocity: apart.velocity - offset.velocity,
         }
     }
 

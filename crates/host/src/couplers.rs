@@ -30,16 +30,16 @@ impl PointCouplers {
         }
     }
 
-    fn spring(&self, finger: Touching) -> SpringDamper {
+    fn spring(&self, finger: &Touching<'_>) -> SpringDamper {
         if finger.is_held { self.held } else { self.own }
     }
 
     /// Couples a finger to the bodies, which get the opposite. The force on the finger, N.
-    pub(crate) fn pull(&self, bodies: &[BodyState], output: &mut TickOutput, finger: Touching) -> DVec3 {
+    pub(crate) fn pull(&self, bodies: &[BodyState], output: &mut TickOutput, finger: &Touching<'_>) -> DVec3 {
         let mut on_finger = DVec3::ZERO;
-        let Some(hand) = finger.place else { return on_finger };
         let spring = self.spring(finger);
         for &body in &self.points {
+            let Some(hand) = finger.place_at(body, &bodies[body]) else { return on_finger };
             let stretch = Stretch::between(bodies[body].point(), hand);
             let from_hand = finger.fade * force(spring, stretch);
             output.wrenches[body].force += from_hand;
@@ -49,12 +49,12 @@ impl PointCouplers {
     }
 
     /// The force (N) that [`pull`](Self::pull) would find for this finger.
-    pub(crate) fn force(&self, bodies: &[BodyState], finger: Touching) -> DVec3 {
-        let Some(hand) = finger.place else { return DVec3::ZERO };
+    pub(crate) fn force(&self, bodies: &[BodyState], finger: &Touching<'_>) -> DVec3 {
         let on_finger = |&body: &usize| {
+            let hand = finger.place_at(body, &bodies[body])?;
             let stretch = Stretch::between(hand, bodies[body].point());
-            finger.fade * force(self.spring(finger), stretch)
+            Some(finger.fade * force(self.spring(finger), stretch))
         };
-        self.points.iter().map(on_finger).sum()
+        self.points.iter().filter_map(on_finger).sum()
     }
 }

@@ -15,7 +15,8 @@ use crate::bodies::Bodies;
 use crate::contacts::Contacts;
 use crate::coordination::CopyCoupling;
 use crate::couplers::PointCouplers;
-use crate::peers::Peers;
+use crate::peers::{PeerMemory, Peers};
+use crate::rejoining::Rejoining;
 use crate::soft_fingers::SoftFingers;
 
 /// What a host does in its session.
@@ -46,6 +47,7 @@ pub struct HostModel {
     /// are counted, in own states and in samples: that of the start, unless something else is set here.
     pub about: Vec<DQuat>,
     pub(crate) peers: Peers,
+    pub(crate) rejoining: Rejoining,
     pub(crate) bodies: Bodies,
     pub(crate) couplers: PointCouplers,
     pub(crate) contacts: Contacts,
@@ -71,6 +73,7 @@ impl HostModel {
             schedule: scene.schedule(),
             about: bodies.start().iter().map(|body| body.pose.orientation).collect(),
             peers: Peers::new(scene),
+            rejoining: Rejoining::new(scene),
             couplers: PointCouplers::new(&scene.coupling, &bodies),
             contacts: Contacts::new(scene, has_world, &fingers, &bodies),
             copies: (role == Role::Peer).then(|| CopyCoupling::new(scene, host, &bodies)),
@@ -129,9 +132,15 @@ impl HostModel {
         self.bodies.have_surfaces()
     }
 
-    /// Vectors that the coordination scheme remembers for each peer.
-    pub(crate) fn memory_per_peer(&self) -> usize {
-        self.copies.as_ref().map_or(0, |copies| copies.memory_per_peer(&self.bodies))
+    /// What is remembered of a peer.
+    pub(crate) fn memory_of(&self, peer: HostIndex) -> PeerMemory {
+        let is_client = self.role == Role::Client;
+        PeerMemory {
+            vectors: self.copies.as_ref().map_or(0, |copies| copies.memory_per_peer(&self.bodies)),
+            bodies: if self.copies.is_some() { self.body_count() } else { 0 },
+            fingers: if is_client { 0 } else { usize::from(self.fingers[peer.index()]) },
+            forces: if is_client && peer == HostIndex::FIRST { self.own_fingers() } else { 0 },
+        }
     }
 
     /// The largest encoding of this host's state, bytes, roughly from above.
@@ -141,11 +150,15 @@ impl HostModel {
         const CONTACT: usize = 192;
         const SOFT_CONTACT: usize = 320;
         const VECTOR: usize = 24;
+        const OFFSET: usize = 80;
         let entries =
             |host: HostIndex| usize::from(self.fingers[host.index()]) + self.body_count() + MAX_FINGERS;
         let samples = |host: HostIndex| self.peers.max_samples(host) * (16 + entries(host) * ENTRY);
-        let memory = self.memory_per_peer() * VECTOR;
-        let peers: usize = self.sources().map(|host| 256 + memory + samples(host)).sum();
+        let memory = |host: HostIndex| {
+            let memory = self.memory_of(host);
+            memory.vectors * VECTOR + (2 * memory.bodies + memory.fingers + memory.forces) * OFFSET
+        };
+        let peers: usize = self.sources().map(|host| 256 + memory(host) + samples(host)).sum();
         4096 + peers
             + self.body_count() * ENTRY
             + self.contacts.len() * CONTACT

@@ -3,8 +3,11 @@
 use cotouch_net::{PlayOutBuffer, StatePacket};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{PlayOut, Scene};
+use cotouch_world::Offset;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
+
+use crate::rejoining::{BodyOffset, FingerOffset};
 
 /// What a host knows of one peer.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +23,14 @@ pub struct PeerState {
     /// What the coordination scheme remembers about it: for each body that moves, the vectors of ticks and then those of
     /// network steps, of the channel for translation and then of that for rotation.
     pub memory: Vec<DVec3>,
+    /// How far its copy of each body counts as displaced, at a host that has copies of its own.
+    pub bodies: Vec<BodyOffset>,
+    /// How far each of its fingers does, at a host that has a world.
+    pub fingers: Vec<FingerOffset>,
+    /// What is added to the forces that it says, at a client, N.
+    pub forces: Vec<Offset>,
+    /// Set in the tick in which its coupling begins to fade in.
+    pub begins: bool,
 }
 
 impl PeerState {
@@ -34,6 +45,29 @@ impl PeerState {
         if !self.going {
             self.samples.insert(packet.clone());
         }
+    }
+}
+
+/// How much a host remembers of a peer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct PeerMemory {
+    /// Of the coordination scheme.
+    pub(crate) vectors: usize,
+    pub(crate) bodies: usize,
+    pub(crate) fingers: usize,
+    pub(crate) forces: usize,
+}
+
+impl PeerMemory {
+    /// Whether a state has it.
+    pub(crate) fn fits(self, peer: &PeerState) -> bool {
+        let found = Self {
+            vectors: peer.memory.len(),
+            bodies: peer.bodies.len(),
+            fingers: peer.fingers.len(),
+            forces: peer.forces.len(),
+        };
+        self == found
     }
 }
 
@@ -56,16 +90,23 @@ impl Peers {
         }
     }
 
-    /// Every peer absent, one entry a host, with so many vectors of memory.
-    pub(crate) fn start(&self, memory: usize) -> Vec<PeerState> {
-        let peer = |&periods: &u32| PeerState {
-            present: false,
-            fade: 0.0,
-            going: false,
-            samples: PlayOutBuffer::new(self.play_out, periods),
-            memory: vec![DVec3::ZERO; memory],
+    /// Every peer absent, one entry a host, with so much memory of each.
+    pub(crate) fn start(&self, memory: impl Fn(HostIndex) -> PeerMemory) -> Vec<PeerState> {
+        let peer = |(host, &periods): (HostIndex, &u32)| {
+            let memory = memory(host);
+            PeerState {
+                present: false,
+                fade: 0.0,
+                going: false,
+                samples: PlayOutBuffer::new(self.play_out, periods),
+                memory: vec![DVec3::ZERO; memory.vectors],
+                bodies: vec![BodyOffset::default(); memory.bodies],
+                fingers: vec![FingerOffset::default(); memory.fingers],
+                forces: vec![Offset::default(); memory.forces],
+                begins: false,
+            }
         };
-        self.play_out_periods.iter().map(peer).collect()
+        (0..).map(HostIndex).zip(&self.play_out_periods).map(peer).collect()
     }
 
     /// Samples of a host that wait or are held at most, roughly from above.
@@ -73,14 +114,12 @@ impl Peers {
         self.play_out_periods[host.index()] as usize + 18
     }
 
-    /// Puts into use what is due at a tick, which is that of network step `due` if it is one.
-    pub(crate) fn play_out(&self, peers: &mut [PeerState], due: Option<u64>) {
-        for peer in peers {
-            match (self.play_out, due) {
-                (PlayOut::Scheduled, Some(step)) => _ = peer.samples.due_at_step(step),
-                (PlayOut::Scheduled, None) => {}
-                (PlayOut::OnArrival, _) => _ = peer.samples.due_at_tick(),
-            }
+    /// Puts into use what is due of a peer at a tick, which is that of network step `due` if it is one.
+    pub(crate) fn play_out(&self, peer: &mut PeerState, due: Option<u64>) {
+        match (self.play_out, due) {
+            (PlayOut::Scheduled, Some(step)) => _ = peer.samples.due_at_step(step),
+            (PlayOut::Scheduled, None) => {}
+            (PlayOut::OnArrival, _) => _ = peer.samples.due_at_tick(),
         }
     }
 
@@ -90,11 +129,15 @@ impl Peers {
             // A coupling needs a sample to be coupled to; from then on it fades in, and out again when the peer is gone.
             let rises = peer.present && !peer.going && peer.samples.held().is_some();
             let change = if rises { self.fade_per_tick } else { -self.fade_per_tick };
+            peer.begins = rises && peer.fade == 0.0;
             peer.fade = (peer.fade + change).clamp(0.0, 1.0);
             if peer.going && peer.fade == 0.0 {
                 peer.going = false;
                 peer.samples.restart();
                 peer.memory.fill(DVec3::ZERO);
+                peer.bodies.fill(BodyOffset::default());
+                peer.fingers.fill(FingerOffset::default());
+                peer.forces.fill(Offset::default());
             }
         }
     }

@@ -70,7 +70,15 @@ impl SoftFingers {
         on_held.map(|(finger, force)| finger.fade * *force).collect()
     }
 
-    fn fingers(&self, peers: &[PeerState], readings: &Readings) -> Slots<Touching> {
+    /// A finger's contact begins anew; one that is two-sided holds what it holds.
+    pub(crate) fn begin_anew(&self, state: &mut SoftHostState, host: HostIndex, finger: usize) {
+        let slot = self.fingers.iter().position(|&known| known == (host, finger));
+        if let Some(contact) = slot.and_then(|slot| state.contacts.get_mut(slot)) {
+            self.contacts.begin_anew(contact);
+        }
+    }
+
+    fn fingers<'a>(&self, peers: &'a [PeerState], readings: &Readings) -> Slots<Touching<'a>> {
         let finger = |&(host, finger): &(HostIndex, usize)| {
             if host == self.host {
                 Touching::own(host, finger, readings.get(finger))
@@ -82,7 +90,7 @@ impl SoftFingers {
     }
 
     /// Lists a contact that is not free.
-    fn list(&self, output: &mut TickOutput, finger: &Touching, contact: &SoftContactOutput) {
+    fn list(&self, output: &mut TickOutput, finger: &Touching<'_>, contact: &SoftContactOutput) {
         output.list_contact(ContactRecord {
             point: ContactPoint::Finger { host: finger.host, finger: finger.finger as u8 },
             surface: ContactSurface::Soft,
@@ -93,6 +101,6 @@ impl SoftFingers {
     }
 }
 
-fn as_local(fingers: &[Touching]) -> Slots<LocalFinger> {
-    fingers.iter().map(|finger| LocalFinger { place: finger.place, fade: finger.fade }).collect()
+fn as_local(fingers: &[Touching<'_>]) -> Slots<LocalFinger> {
+    fingers.iter().map(|finger| LocalFinger { place: finger.place(), fade: finger.fade }).collect()
 }

@@ -3,13 +3,13 @@
 use arrayvec::ArrayVec;
 use cotouch_scene::limits::MAX_USERS;
 use cotouch_scene::names::HostIndex;
-use cotouch_world::local::LocalContact;
 use cotouch_world::{BodyState, ContactState};
 use serde::{Deserialize, Serialize};
 
 use crate::contacts::ContactStates;
 use crate::model::HostModel;
 use crate::peers::PeerState;
+use crate::rejoining::FingerOffset;
 use crate::soft::SoftHostState;
 
 /// A host's state between two ticks.
@@ -27,6 +27,10 @@ pub struct HostState {
     pub soft: SoftHostState,
     /// One entry a host; the own entry stays empty.
     pub peers: Vec<PeerState>,
+    /// How far each own finger counts as elsewhere than it is.
+    pub fingers: Vec<FingerOffset>,
+    /// Set when own fingers may have moved while nobody looked, until they are read again.
+    pub moved_unseen: bool,
     /// Set while a late joiner waits for the world's present state.
     pub adopting: bool,
     /// Set for good when the world left all bounds; it no longer moves and no force is rendered.
@@ -43,7 +47,9 @@ impl HostState {
             bodies: model.bodies.start(),
             contacts: model.contacts.start(),
             soft: SoftHostState::new(model.soft_slots()),
-            peers: model.peers.start(model.memory_per_peer()),
+            peers: model.peers.start(|host| model.memory_of(host)),
+            fingers: vec![FingerOffset::default(); model.own_fingers()],
+            moved_unseen: false,
             adopting: false,
             diverged: false,
         }
@@ -57,7 +63,8 @@ impl HostState {
             && self.soft.contacts.len() == model.soft_slots()
             && self.soft.returned_n.len() == model.soft_slots()
             && self.peers.len() == usize::from(model.users)
-            && self.peers.iter().all(|peer| peer.memory.len() == model.memory_per_peer())
+            && self.fingers.len() == model.own_fingers()
+            && (0..).map(HostIndex).zip(&self.peers).all(|(host, peer)| model.memory_of(host).fits(peer))
     }
 
     /// Takes note that a peer is there, or is not any more; its coupling fades.
@@ -67,10 +74,10 @@ impl HostState {
         }
     }
 
-    /// Lets every finger begin its contacts anew, where it is now: for a host that stood still while fingers moved on. No allocation.
-    pub fn reanchor(&mut self, model: &HostModel) {
-        model.contacts.reanchor_fingers(&mut self.contacts);
-        self.soft.contacts.fill(LocalContact::default());
+    /// Takes note that own fingers may have moved while nobody looked: a host or a device stood still. What they hold is not thrown to
+    /// where they are now, but comes there slowly.
+    pub fn fingers_moved_unseen(&mut self) {
+        self.moved_unseen = true;
     }
 
     /// The network step of the sample in use from each host.

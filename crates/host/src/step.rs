@@ -3,14 +3,17 @@
 
 use std::sync::Arc;
 
+use arrayvec::ArrayVec;
 use cotouch_net::{Entry, StatePacket};
 use cotouch_scene::geometry::{Reading, Readings, Wrench};
+use cotouch_scene::limits::MAX_FINGERS;
 use cotouch_scene::names::HostIndex;
 use glam::DVec3;
 
 use crate::model::{HostModel, Role};
 use crate::output::TickOutput;
 use crate::peers::PeerState;
+use crate::rejoining::{Before, displaced};
 use crate::soft::SlowFrame;
 use crate::state::HostState;
 use crate::touching::Touching;
@@ -19,12 +22,35 @@ use crate::{centralized, samples};
 /// A late joiner that hears nobody for so long begins alone.
 const LONGEST_WAIT_S: f64 = 1.0;
 
+/// A finger that a host knows of.
+#[derive(Clone, Copy, Debug)]
+enum Finger<'a> {
+    Own(usize, &'a Reading),
+    Held(HostIndex, usize),
+}
+
 impl HostModel {
     /// The network step that is due at tick `tick`, if one is: on schedule, or overdue because its tick was skipped.
     #[must_use]
     pub fn step_due(&self, state: &HostState, tick: u64) -> Option<u64> {
         let step = self.schedule.last_step_at(tick);
         (state.last_step.is_none_or(|last| last < step)).then_some(step)
+    }
+
+    /// The beginning of an instant, with what the device reads now and what it read last: own fingers that moved unseen count as where they
+    /// were, or as out of what they are found in. Without this call nothing of that is seen. No allocation, bounded work.
+    pub fn look(&self, state: &mut HostState, readings: &Readings, last: &Readings) {
+        if !std::mem::take(&mut state.moved_unseen) {
+            return;
+        }
+        for (finger, (reading, was)) in readings.iter().zip(last).enumerate() {
+            let Some(offset) = state.fingers.get_mut(finger) else { return };
+            let motion = |reading: &Reading| (reading.pose.position, reading.twist.linear);
+            let moved = (motion(was), motion(reading));
+            if self.rejoining.move_unseen((&self.bodies, &state.bodies), offset, moved) {
+                self.begin_anew(state, self.host, finger);
+            }
+        }
     }
 
     /// Phase 1 of an instant with network step `step`: what this host tells the others about itself, with one reading a
@@ -38,7 +64,7 @@ impl HostModel {
             return None;
         }
         let mut packet = StatePacket { step, ..StatePacket::default() };
-        samples::push_hands(&mut packet, readings);
+        samples::push_hands(&mut packet, &displaced(&state.fingers, readings));
         if let Some(copies) = &self.copies {
             samples::push_bodies(&mut packet, self.bodies.moving(), &state.bodies);
             copies.sample(&self.bodies, &state.bodies, &mut state.peers, &mut packet);
@@ -56,7 +82,15 @@ impl HostModel {
     /// Phase 2 of an instant: puts into use the samples that are due at `tick`.
     pub fn play_out(&self, state: &mut HostState, tick: u64) {
         let due = self.step_due(state, tick);
-        self.peers.play_out(&mut state.peers, due);
+        let now = self.schedule.last_step_at(tick);
+        for peer in self.host.others(self.users) {
+            let held = &mut state.peers[peer.index()];
+            let before = self.rejoining.before((&self.bodies, &state.bodies), held, now);
+            self.peers.play_out(held, due);
+            if let Some(before) = before.filter(|before| self.rejoining.is_after_gap(before, held)) {
+                self.meet(state, peer, Some(&before));
+            }
+        }
         self.adopt_world(state);
         if self.role == Role::Client {
             centralized::follow(&self.bodies, &mut state.bodies, &state.peers);
@@ -97,6 +131,7 @@ impl HostModel {
             return None;
         }
         let mut packet = StatePacket { step, ..StatePacket::default() };
+        let readings = &displaced(&state.fingers, readings);
         let tick = self.schedule.tick_of_step(step);
         let soft = self
             .soft
@@ -118,8 +153,8 @@ impl HostModel {
     /// moves contacts on; nothing moves here.
     fn force_on_held(&self, state: &HostState, host: HostIndex, finger: usize) -> DVec3 {
         let finger = Touching::held(&state.peers, host, finger);
-        self.couplers.force(&state.bodies, finger)
-            + self.contacts.force(&state.contacts, (&self.bodies, &state.bodies), finger)
+        self.couplers.force(&state.bodies, &finger)
+            + self.contacts.force(&state.contacts, (&self.bodies, &state.bodies), &finger)
     }
 
     /// Phase 3 of an instant: forces from what is known now, and the own bodies one period on. `readings` has one element
@@ -139,17 +174,53 @@ impl HostModel {
         }
         state.ticks_done += 1;
         self.peers.fade(&mut state.peers);
+        for peer in self.host.others(self.users) {
+            if state.peers[peer.index()].begins {
+                self.meet(state, peer, None);
+            }
+        }
         output.reset(self.own_fingers(), self.body_count());
         if state.diverged || state.adopting {
             output.diverged = state.diverged;
         } else if self.role == Role::Client {
             centralized::render(&state.peers, output);
         } else {
-            state.diverged = !self.move_world(state, tick, readings, output);
+            let displaced = displaced(&state.fingers, readings);
+            state.diverged = !self.move_world(state, tick, &displaced, output);
             if state.diverged {
                 output.reset(self.own_fingers(), self.body_count());
                 output.diverged = true;
             }
+        }
+        self.bring_together(state, readings);
+    }
+
+    /// Meets a peer that is heard again.
+    fn meet(&self, state: &mut HostState, peer: HostIndex, before: Option<&Before>) {
+        let mut anew = ArrayVec::<usize, MAX_FINGERS>::new();
+        let world = (&self.bodies, state.bodies.as_slice());
+        self.rejoining.meet(world, &mut state.peers[peer.index()], before, |finger| anew.push(finger));
+        for finger in anew {
+            self.begin_anew(state, peer, finger);
+        }
+    }
+
+    /// A finger's contacts begin anew.
+    fn begin_anew(&self, state: &mut HostState, host: HostIndex, finger: usize) {
+        self.contacts.begin_anew(&mut state.contacts, host, finger);
+        if let Some(soft) = &self.soft {
+            soft.begin_anew(&mut state.soft, host, finger);
+        }
+    }
+
+    /// One tick on with what came apart while it was not heard of, or not seen.
+    fn bring_together(&self, state: &mut HostState, readings: &Readings) {
+        let world = (&self.bodies, state.bodies.as_slice());
+        for peer in self.host.others(self.users) {
+            self.rejoining.advance(world, &mut state.peers[peer.index()]);
+        }
+        for (finger, reading) in state.fingers.iter_mut().zip(readings) {
+            self.rejoining.advance_finger(world, finger, Some(reading.pose.position));
         }
     }
 
@@ -172,14 +243,13 @@ impl HostModel {
     /// copies of others, corners, and the soft body.
     fn act(&self, state: &mut HostState, tick: u64, readings: &Readings, output: &mut TickOutput) {
         for (finger, reading) in readings.iter().enumerate() {
-            let force = self.touch(state, output, Touching::own(self.host, finger, Some(reading)));
+            let force = self.touch(state, output, Finger::Own(finger, reading));
             output.device[finger] = Wrench::force(force);
         }
         self.bodies.act(&state.bodies, output);
         for peer in self.host.others(self.users) {
             for finger in 0..usize::from(self.fingers[peer.index()]) {
-                let held = Touching::held(&state.peers, peer, finger);
-                self.touch(state, output, held);
+                self.touch(state, output, Finger::Held(peer, finger));
             }
             if let Some(copies) = &self.copies {
                 copies.pull(&self.bodies, &state.bodies, &mut state.peers, peer, output);
@@ -192,10 +262,14 @@ impl HostModel {
     }
 
     /// Couples a finger to points and lets it touch surfaces. The force on it, N.
-    fn touch(&self, state: &mut HostState, output: &mut TickOutput, finger: Touching) -> DVec3 {
-        let HostState { bodies, contacts, .. } = state;
-        self.couplers.pull(bodies, output, finger)
-            + self.contacts.touch_bodies(contacts, (&self.bodies, bodies), output, finger)
+    fn touch(&self, state: &mut HostState, output: &mut TickOutput, finger: Finger<'_>) -> DVec3 {
+        let HostState { bodies, contacts, peers, .. } = state;
+        let finger = match finger {
+            Finger::Own(finger, reading) => Touching::own(self.host, finger, Some(reading)),
+            Finger::Held(host, finger) => Touching::held(peers, host, finger),
+        };
+        self.couplers.pull(bodies, output, &finger)
+            + self.contacts.touch_bodies(contacts, (&self.bodies, bodies), output, &finger)
     }
 
     /// A late joiner starts where the world is: it takes the bodies of the first peer that it hears. Where there is

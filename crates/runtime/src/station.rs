@@ -29,6 +29,9 @@ use crate::settings_log::SettingsLog;
 use crate::slow::SlowPort;
 use crate::summary::PassivitySummary;
 
+/// A finger that has moved farther than this (m) while its device did not say where it is has moved unseen.
+const UNSEEN_MOVE_M: f64 = 1e-3;
+
 /// Room for what a station's state has besides its host's, serialised.
 const STATE_BYTES: usize = 4 << 10;
 
@@ -237,6 +240,7 @@ impl<D: Device> Station<D> {
             self.device.start(tick);
         }
         self.record_state_every_second(tick);
+        let had_failed = self.instant.device_failed;
         self.instant.fault = self.read_device(tick).err();
         let device_failed = self.instant.fault.is_some();
         if device_failed {
@@ -250,6 +254,10 @@ impl<D: Device> Station<D> {
         if skipped > 0 {
             self.record(|| RecordKind::Note(Note::Skipped { ticks: skipped }));
         }
+        if skipped > self.watchdog_ticks || (had_failed && !device_failed && self.has_moved()) {
+            self.state.host.fingers_moved_unseen();
+        }
+        self.model.look(&mut self.state.host, &self.instant.readings, &self.state.last_readings);
         let packet = self.model.sample(&mut self.state.host, step?, &self.instant.readings)?;
         self.record(|| RecordKind::Sent { to: None, packet: packet.clone() });
         Some(packet)
@@ -309,7 +317,7 @@ impl<D: Device> Station<D> {
     pub fn force_off(&mut self) {
         self.record(|| RecordKind::ForceOff);
         self.state.governors.iter_mut().for_each(GovernorState::force_off);
-        self.state.host.reanchor(&self.model);
+        self.state.host.fingers_moved_unseen();
         for (port, reading) in self.state.ports.iter_mut().zip(&self.state.last_readings) {
             port.hold(reading, Wrench::default());
         }
@@ -390,6 +398,14 @@ impl<D: Device> Station<D> {
     #[must_use]
     pub fn last_record(&self) -> &TickRecord {
         &self.record
+    }
+
+    /// Whether a finger is elsewhere than it was a tick ago, by more than it may move in some ticks.
+    fn has_moved(&self) -> bool {
+        let moved = |(now, last): (&Reading, &Reading)| {
+            (now.pose.position - last.pose.position).length() > UNSEEN_MOVE_M
+        };
+        self.instant.readings.iter().zip(&self.state.last_readings).any(moved)
     }
 
     /// Each finger's wrench through that finger's governor.

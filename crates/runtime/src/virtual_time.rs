@@ -40,6 +40,8 @@ pub struct VirtualHost<D = SimulatedUser> {
     pub endpoint: Endpoint,
     next_tick: u64,
     next_due: i64,
+    /// Set while its haptic loop stands still.
+    stands_still: bool,
 }
 
 impl<D: Device> VirtualSession<D> {
@@ -52,6 +54,7 @@ impl<D: Device> VirtualSession<D> {
             endpoint: full_session_endpoint(scene, host, VirtualNetwork::route(HostIndex::FIRST), now),
             next_tick: 0,
             next_due: NEVER,
+            stands_still: false,
         });
         Self {
             control: scene.rates.control_hz,
@@ -122,6 +125,7 @@ impl<D: Device> VirtualSession<D> {
             endpoint: host.endpoint.clone(),
             next_tick: host.next_tick,
             next_due: host.next_due,
+            stands_still: host.stands_still,
         };
         Self {
             control: self.control,
@@ -130,6 +134,16 @@ impl<D: Device> VirtualSession<D> {
             now: self.now,
             next_network: self.next_network,
         }
+    }
+
+    /// Lets the haptic loop of a host stand still for so many ticks, as when its device blocks: its forces are off meanwhile, as the
+    /// watchdog has them, and it goes on as it does then. The rest of the host goes on.
+    pub fn stand_still(&mut self, host: HostIndex, ticks: u64) {
+        let host = &mut self.hosts[host.index()];
+        host.station.device.force_switch().disable();
+        host.stands_still = true;
+        host.next_tick += ticks;
+        host.schedule(self.control);
     }
 
     /// Runs until every host has done all ticks before `tick`; `observe` sees every tick. Gives up, and says so by
@@ -160,6 +174,7 @@ impl<D: Device> VirtualSession<D> {
         let due = self.now.0;
         let mut sent = false;
         for host in self.hosts.iter_mut().filter(|host| host.next_due <= due) {
+            host.go_on();
             if let Some(packet) = host.station.begin(host.next_tick) {
                 // A packet for a peer that is not there is not sent.
                 sent |= host.endpoint.send_state_to_all(&packet).is_ok();
@@ -250,6 +265,14 @@ impl<D: Device> VirtualHost<D> {
                 }
                 _ => {}
             }
+        }
+    }
+
+    /// Goes on where the loop stood still.
+    fn go_on(&mut self) {
+        if std::mem::take(&mut self.stands_still) {
+            self.station.force_off();
+            self.station.device.force_switch().enable();
         }
     }
 

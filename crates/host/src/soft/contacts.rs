@@ -99,6 +99,13 @@ impl SoftContacts {
         if begins { None } else { std::mem::replace(&mut state.previous, kept) }
     }
 
+    /// A contact begins anew, but for one that is two-sided: it holds its point for good.
+    pub(crate) fn begin_anew(&self, contact: &mut LocalContact) {
+        if !self.constants.two_sided {
+            *contact = LocalContact::default();
+        }
+    }
+
     /// All contacts one tick on, with one of `fingers` a slot; `None` before the first frame.
     pub(crate) fn touch(
         &self,

@@ -5,6 +5,7 @@ mod common;
 mod contact_runs;
 mod devices;
 mod export;
+mod faults;
 mod fuzz_seeds;
 mod hands;
 mod live;

@@ -22,6 +22,10 @@ pub struct Session {
     pub peer_timeout_s: f64,
     /// Time in which the coupling to a peer fades in when it comes and out when it goes.
     pub peer_fade_s: f64,
+    /// After so long a time without a sample of a peer, what came apart is brought together slowly.
+    pub rejoin_after_s: f64,
+    /// Time in which it is; 0 leaves it to the couplings.
+    pub rejoin_s: f64,
 }
 
 /// Who computes the world (Fotoohi Ghiam 2006, §4.1).

@@ -1,0 +1,216 @@
+//! How two things that came apart while one could not hear of the other are brought together: not by the coupling between them,
+//! which would throw them, but by an offset of that coupling that goes away slowly.
+//!
+//! Of a coupling with the stretch d (from the one to the other, m or rad) and its rate v only `d − o − r` and `v − ν` count. As the two
+//! hear of each other again, the offset is o := d, its rate ν := v − v_s, and r := −s, where s and v_s are the stretch and the rate that
+//! counted last (none after a coupling had faded out): the force goes on from what it was. Then, at every tick, with u = min(1, t/T_b),
+//! w = min(1, t/T_f), and ō = |o| + |ν|·T_f/2 of the beginning,
+//!
+//! ```text
+//! ν, r      (v − v_s)·(1 − 3w² + 2w³), −s·(1 − 3w² + 2w³)                 what was left of the old motion fades out
+//! drift     o := o + ν·T                                                  what moves fast is not caught at once
+//! ratchet   o := o·min(1, max(0, d·o/|o|²))                               what comes together by itself stays together
+//! cap       |o| ≤ ō·(1 − 10u³ + 15u⁴ − 6u⁵)                               the rest in T_b, with the least jerk (Flash & Hogan 1985)
+//! ```
+//!
+//! All of it is in proportion to d, v, s and v_s: twice as far apart is twice the force.
+
+use glam::DVec3;
+use serde::{Deserialize, Serialize};
+
+use crate::coupler::Stretch;
+
+/// How quickly couplings are brought together.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct RejoiningPace {
+    /// T/T_b; none where couplings bring together what came apart at once.
+    bleed_per_tick: Option<f64>,
+    /// T/T_f.
+    fade_per_tick: f64,
+    /// T, s.
+    period_s: f64,
+}
+
+impl RejoiningPace {
+    /// Offsets go away within `rejoin_s` (s; 0: there are none), former stretches fade out within `fade_s` (s), at ticks that are
+    /// `period_s` (s) apart.
+    #[must_use]
+    pub fn new(rejoin_s: f64, fade_s: f64, period_s: f64) -> Self {
+        let bleed_per_tick = (rejoin_s > 0.0).then(|| period_s / rejoin_s.max(period_s));
+        Self { bleed_per_tick, fade_per_tick: period_s / fade_s.max(period_s), period_s }
+    }
+
+    /// Whether there are offsets.
+    #[must_use]
+    pub fn exists(self) -> bool {
+        self.bleed_per_tick.is_some()
+    }
+
+    /// Ticks from a meeting until nothing is left of an offset.
+    #[must_use]
+    pub fn ticks(self) -> u64 {
+        let ticks = |per_tick: f64| (per_tick.recip() - 1e-6).ceil() as u64;
+        self.bleed_per_tick.map_or(0, |bleed| ticks(bleed).max(ticks(self.fade_per_tick)))
+    }
+}
+
+/// By how much a coupling's stretch does not count. Begins as none.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Offset {
+    /// o, m or rad.
+    value: DVec3,
+    /// ō.
+    first: f64,
+    /// s.
+    former: DVec3,
+    /// v − v_s, m/s or rad/s.
+    rate: DVec3,
+    /// u and w.
+    bled: f64,
+    faded: f64,
+}
+
+impl Offset {
+    /// Of two that hear of each other again `apart` from each other; the stretch that counted until now is `former`.
+    #[must_use]
+    pub fn met(pace: RejoiningPace, apart: Stretch, former: Stretch) -> Self {
+        if !pace.exists() {
+            return Self::default();
+        }
+        let rate = apart.velocity - former.velocity;
+        let drift_s = 0.5 * pace.period_s / pace.fade_per_tick;
+        let first = apart.position.length() + drift_s * rate.length();
+        Self { value: apart.position, first, former: former.position, rate, bled: 0.0, faded: 0.0 }
+    }
+
+    /// o + r and ν: what is to be taken off the stretch and its rate.
+    #[must_use]
+    pub fn value(&self) -> Stretch {
+        let left = smooth_left(self.faded);
+        Stretch { position: self.value - self.former * left, velocity: self.rate * left }
+    }
+
+    /// Whether nothing is taken off any more.
+    #[must_use]
+    pub fn is_over(&self) -> bool {
+        self.value == DVec3::ZERO && self.former == DVec3::ZERO && self.rate == DVec3::ZERO
+    }
+
+    /// One tick on, after which the two are `apart`, m or rad. No allocation.
+    pub fn advance(&mut self, pace: RejoiningPace, apart: DVec3) {
+        let Some(bleed_per_tick) = pace.bleed_per_tick else { return };
+        self.value += self.rate * (smooth_left(self.faded) * pace.period_s);
+        self.faded = (self.faded + pace.fade_per_tick).min(1.0);
+        if self.faded >= 1.0 {
+            (self.former, self.rate) = (DVec3::ZERO, DVec3::ZERO);
+        }
+        self.bled = (self.bled + bleed_per_tick).min(1.0);
+        let size = self.value.length();
+        if size == 0.0 {
+            return;
+        }
+        let along = self.value / size;
+        let left = size.min(apart.dot(along)).min(self.first * least_jerk_left(self.bled));
+        self.value = along * left.max(0.0);
+    }
+}
+
+/// What is left, 1 to 0, after a share w of the time in which something fades out.
+fn smooth_left(w: f64) -> f64 {
+    1.0 - w * w * (3.0 - 2.0 * w)
+}
+
+/// What is left of a way, 1 to 0, after a share u of the time.
+fn least_jerk_left(u: f64) -> f64 {
+    1.0 - u * u * u * (10.0 - u * (15.0 - 6.0 * u))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const PERIOD_S: f64 = 1.0 / 1024.0;
+
+    fn pace() -> RejoiningPace {
+        RejoiningPace::new(1.5, 0.25, PERIOD_S)
+    }
+
+    fn at(position: DVec3) -> Stretch {
+        Stretch { position, velocity: DVec3::ZERO }
+    }
+
+    #[test]
+    fn what_counts_goes_on_from_what_it_was_and_ends_as_all_of_it() {
+        let (apart, former) = (DVec3::new(0.2, -0.1, 0.05), DVec3::new(-0.01, 0.004, 0.0));
+        let mut offset = Offset::met(pace(), at(apart), at(former));
+        let mut counts = apart - offset.value().position;
+        assert!((counts - former).length() < 1e-15);
+        let mut largest_step: f64 = 0.0;
+        for _ in 0..pace().ticks() {
+            offset.advance(pace(), apart);
+            largest_step = largest_step.max((apart - offset.value().position - counts).length());
+            counts = apart - offset.value().position;
+        }
+        assert_eq!((counts, offset.is_over()), (apart, true));
+        // The fastest instant of a way with the least jerk is 15/8 of its mean speed, that of a smooth step 3/2.
+        let bound = PERIOD_S * (15.0 / 8.0 * apart.length() / 1.5 + 1.5 * former.length() / 0.25);
+        assert!(largest_step <= bound * 1.001, "{largest_step} {bound}");
+    }
+
+    /// The stretch that counts begins at rest, and is never far from what its own rate makes of it.
+    #[test]
+    fn what_moves_fast_is_not_caught_at_once() {
+        let velocity = DVec3::X * 2.0;
+        let mut place = DVec3::X * 0.1;
+        let mut offset = Offset::met(pace(), Stretch { position: place, velocity }, Stretch::default());
+        let mut before = Stretch::default();
+        for tick in 0..pace().ticks() {
+            let counts = Stretch {
+                position: place - offset.value().position,
+                velocity: velocity - offset.value().velocity,
+            };
+            assert!(counts.velocity.x >= before.velocity.x && counts.velocity.x <= 2.0);
+            if tick < 256 {
+                let moved = (counts.position - before.position).x / PERIOD_S;
+                assert!((moved - before.velocity.x).abs() < 0.05 + 0.3, "{tick}: {moved}");
+            }
+            before = counts;
+            place += velocity * PERIOD_S;
+            offset.advance(pace(), place);
+        }
+        assert!(offset.is_over());
+    }
+
+    #[test]
+    fn what_came_together_by_itself_stays_together() {
+        let mut offset = Offset::met(pace(), at(DVec3::X * 0.1), Stretch::default());
+        offset.advance(pace(), DVec3::X * 0.04);
+        assert!((offset.value().position - DVec3::X * 0.04).length() < 1e-15);
+        offset.advance(pace(), DVec3::X * 0.08);
+        assert!((offset.value().position - DVec3::X * 0.04).length() < 1e-15, "it never grows");
+        offset.advance(pace(), DVec3::X * -0.001);
+        assert_eq!(offset.value(), Stretch::default());
+        assert!(offset.is_over());
+    }
+
+    #[test]
+    fn it_is_in_proportion_to_what_it_begins_from() {
+        let [mut one, mut twice] = [1.0, 2.0].map(|share| {
+            let apart = Stretch { position: share * DVec3::X, velocity: share * DVec3::Z };
+            Offset::met(pace(), apart, at(share * DVec3::Y * 0.1))
+        });
+        for tick in 0..2000 {
+            let apart = DVec3::new((f64::from(tick) * 0.01).cos(), 0.3, 0.0);
+            one.advance(pace(), apart);
+            twice.advance(pace(), 2.0 * apart);
+            assert!((2.0 * one.value().position - twice.value().position).length() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn without_a_time_there_is_no_offset() {
+        let pace = RejoiningPace::new(0.0, 0.25, PERIOD_S);
+        assert_eq!((pace.exists(), pace.ticks()), (false, 0));
+        assert!(Offset::met(pace, at(DVec3::X), at(DVec3::Y)).is_over());
+    }
+}
