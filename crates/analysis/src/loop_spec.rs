@@ -29,7 +29,7 @@ pub use block::{Block, Hold};
 pub use body::{Dynamics, Estimate, LoopBody};
 pub use coupling::{BlockId, BodyId, Columns, ForceGains, LineId, Motion, Rows, Term};
 pub use delay::Delay;
-pub(crate) use delay::tick_of_step;
+pub(crate) use delay::{first_step_from, tick_of_step};
 pub use line::{Line, Signal};
 
 pub use crate::dof::{Dof, LINE, PLANE_BODY, PLANE_POINT, SPACE_BODY, SPACE_POINT};

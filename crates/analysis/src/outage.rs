@@ -14,11 +14,16 @@
 //! energy    max over K of Σ_i Σ_{k<K} F_i(k)·(x_i(k+1) − x_i(k))     of the pushes of the peak, from the end of the outage on
 //! ```
 //!
+//! Where hosts bring together slowly what came apart ([`rejoining`]), each trajectory goes its own way, and peak, expectation and energy are
+//! those of the patterns in which all fingers push forwards or backwards along an axis, and of the pushes that would be worst otherwise; the peak
+//! is then the largest that was found, not a bound.
+//!
 //! Contacts stay as they are in the settled grasp (those of a host that was taken for gone begin anew in a session), and only what pushes add to its forces is told. The governor's largest force cuts what
 //! is told here; from which push on, [`Outage::limited_from_n`] says.
 
 mod found;
 mod reach;
+mod rejoining;
 mod session;
 mod stepping;
 #[cfg(test)]
@@ -107,7 +112,7 @@ impl<'a> SessionOutages<'a> {
         let asked: Vec<Asked> = durations_s.iter().flat_map(|&duration_s| self.asked(duration_s)).collect();
         let variants: Vec<Variant> =
             asked.iter().enumerate().flat_map(|(row, asked)| self.variants(row, *asked)).collect();
-        let stepper = Stepper::new(&self.session);
+        let stepper = Stepper::new(self.scene, &self.session);
         let undisturbed = stepper.response(&Timeline::without_outage(self.scene, 0)).force.size;
         let done = AtomicUsize::new(0);
         let respond = |variant: &Variant| -> Result<(Variant, Timeline, Response), SweepError> {
@@ -246,6 +251,18 @@ impl<'a> SessionOutages<'a> {
                  outages are told as if samples were held throughout.",
                 session.peer_timeout_s
             ));
+        }
+        if self.session.fades && session.rejoin_s > 0.0 && longest > session.rejoin_after_s {
+            notes.push(format!(
+                "What came apart in more than {} s (session.rejoin_after_s) is brought together within {} s (session.rejoin_s): the largest \
+                 force is that of the pushes that were tried, forwards and backwards along each axis.",
+                session.rejoin_after_s, session.rejoin_s
+            ));
+        }
+        if !self.session.fades && session.rejoin_s > 0.0 && longest > session.rejoin_after_s {
+            notes.push(
+                "On a soft object it is told as if fingers were at once where they are when packets arrive again: hands feel less.".to_owned(),
+            );
         }
         if lets_go && !self.hears_pings() {
             notes.push(format!(

@@ -2,7 +2,7 @@
 //!
 //! Every scene key that acts between the beginning of a session and its end is in the loops, or listed here, or harmless:
 //!
-//! - `governor.soft_start_s`, `governor.release_s` and `session.peer_fade_s` act once, for a bounded time;
+//! - `governor.soft_start_s`, `governor.release_s`, `session.peer_fade_s` and `session.rejoin_s` act once, for a bounded time;
 //! - `governor.watchdog_s` asks for ticks and readings that do not come, which is about a computer and no scene;
 //! - `link.impairment.reorder_rate` lets packets overtake, and `duplicate_rate` sends them twice: without jitter or a queue, which
 //!   are listed, nothing is overtaken, and a second copy comes when the first has;

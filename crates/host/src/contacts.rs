@@ -104,7 +104,7 @@ impl Contacts {
     pub(crate) fn begin_anew(&self, states: &mut ContactStates, host: HostIndex, finger: usize) {
         for nth in 0..self.table.surfaces().len() {
             if let Some(contact) = states.all.get_mut(self.table.finger(host, finger, nth)) {
-                *contact = ContactState::default();
+                *contact = ContactState::begun_anew(&self.own);
             }
         }
     }

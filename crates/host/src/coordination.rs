@@ -164,10 +164,7 @@ impl Channel {
             }
         };
         let offset = offset.value();
-        Stretch {
-            position: apart.position - offset.position,
-            velocity: apart.velocity - offset.velocity,
-        }
+        Stretch { position: apart.position - offset.position, velocity: apart.velocity - offset.velocity }
     }
 
     fn push(&self, on_body: &mut Wrench, force: DVec3) {

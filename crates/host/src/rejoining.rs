@@ -42,10 +42,11 @@ impl BodyOffset {
         if self.is_over() {
             return (place, velocity);
         }
-        let (translation, turn) =
-            (self.translation.value(), DQuat::from_scaled_axis(-self.rotation.value().position));
-        let arm = place - own.pose.position - translation.position;
-        (own.pose.position + turn * arm, turn * (velocity - translation.velocity))
+        let (translation, rotation) = (self.translation.value(), self.rotation.value());
+        let turn = DQuat::from_scaled_axis(-rotation.position);
+        let arm = turn * (place - own.pose.position - translation.position);
+        let velocity = turn * (velocity - translation.velocity) - rotation.velocity.cross(arm);
+        (own.pose.position + arm, velocity)
     }
 }
 
@@ -106,7 +107,8 @@ impl Rejoining {
             return None;
         }
         let of_body = |&body: &usize| {
-            let (offset, apart) = (peer.bodies.get(body)?, apart(held, body, &states[body]).unwrap_or_default());
+            let (offset, apart) =
+                (peer.bodies.get(body)?, apart(held, body, &states[body]).unwrap_or_default());
             Some((less(apart.0, offset.translation.value()), less(apart.1, offset.rotation.value())))
         };
         let of_finger = |(finger, _): (usize, &FingerOffset)| {
@@ -118,7 +120,10 @@ impl Rejoining {
             step: held.step,
             bodies: bodies.moving().iter().filter_map(of_body).collect(),
             fingers: peer.fingers.iter().enumerate().map(of_finger).collect(),
-            forces: forces(held).zip(&peer.forces).map(|(force, offset)| force - offset.value().position).collect(),
+            forces: forces(held)
+                .zip(&peer.forces)
+                .map(|(force, offset)| force - offset.value().position)
+                .collect(),
         })
     }
 
@@ -148,7 +153,7 @@ impl Rejoining {
         }
         let former = before.map(|before| before.forces.as_slice()).unwrap_or_default();
         for ((offset, force), former) in peer.forces.iter_mut().zip(forces(held)).zip(former) {
-            *offset = Offset::met(self.pace, Stretch::default(), standing(*former - force));
+            *offset = Offset::met(self.pace.at_the_pace_of_rates(), standing(force), standing(*former));
         }
         self.meet_fingers((bodies, states), peer, before, anew);
     }
@@ -162,7 +167,9 @@ impl Rejoining {
     ) {
         peer.fingers.fill(FingerOffset::default());
         for finger in 0..peer.fingers.len() {
-            let Some(hand) = peer.samples.held().and_then(|held| samples::hand(held, finger)) else { continue };
+            let Some(hand) = peer.samples.held().and_then(|held| samples::hand(held, finger)) else {
+                continue;
+            };
             let former = before.and_then(|before| before.fingers.get(finger)).copied();
             let (body, from_target) = if peer.bodies.is_empty() {
                 self.reference((bodies, states), hand)
@@ -218,8 +225,9 @@ impl Rejoining {
             offset.translation.advance(self.pace, translation.position);
             offset.rotation.advance(self.pace, rotation.position);
         }
-        for offset in &mut peer.forces {
-            offset.advance(self.pace, DVec3::ZERO);
+        let pace = self.pace.at_the_pace_of_rates();
+        for (offset, force) in peer.forces.iter_mut().zip(forces(held)) {
+            offset.advance(pace, force);
         }
         let is_server = peer.bodies.is_empty();
         for (finger, offset) in peer.fingers.iter_mut().enumerate() {

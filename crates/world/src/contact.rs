@@ -56,6 +56,11 @@ pub struct Cancellation {
 }
 
 impl ContactModel {
+    /// Ticks for which two must be apart before they touch for the first time again.
+    fn rest_ticks(&self) -> u16 {
+        (APART_S / self.period_s) as u16
+    }
+
     /// The contact with a peer whose coupling fades in or out: `share` (0 to 1) of stiffness and damping, and no pulses
     /// unless it is all there.
     #[must_use]
@@ -120,6 +125,12 @@ pub struct ContactState {
 const APART_S: f64 = 0.1;
 
 impl ContactState {
+    /// Of a sphere that is not seen to come: it is no first contact.
+    #[must_use]
+    pub fn begun_anew(model: &ContactModel) -> Self {
+        Self { rest_ticks: model.rest_ticks(), ..Self::default() }
+    }
+
     /// Apart, still knowing the side.
     fn release(&mut self) {
         let rest_ticks = self.rest_ticks.saturating_sub(1);
@@ -271,7 +282,7 @@ fn respond(
         state.phase =
             if pulses_left > 0 { Phase::MomentCancellation { pulses_left } } else { Phase::PreSlide };
     }
-    state.rest_ticks = (APART_S / model.period_s) as u16;
+    state.rest_ticks = model.rest_ticks();
     let pulse = pulse(model, state);
     let (phase, normal_force_n, tangential) = if let Some((phase, force)) = pulse {
         state.anchor = outside;

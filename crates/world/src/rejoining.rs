@@ -1,16 +1,16 @@
 //! How two things that came apart while one could not hear of the other are brought together: not by the coupling between them,
 //! which would throw them, but by an offset of that coupling that goes away slowly.
 //!
-//! Of a coupling with the stretch d (from the one to the other, m or rad) and its rate v only `d − o − r` and `v − ν` count. As the two
-//! hear of each other again, the offset is o := d, its rate ν := v − v_s, and r := −s, where s and v_s are the stretch and the rate that
+//! Of a coupling with the stretch d (from the one to the other, m or rad) and its rate v only `d − o` and `v − ν` count. As the two
+//! hear of each other again, the offset is o := d − s and its rate ν := v − v_s, where s and v_s are the stretch and the rate that
 //! counted last (none after a coupling had faded out): the force goes on from what it was. Then, at every tick, with u = min(1, t/T_b),
 //! w = min(1, t/T_f), and ō = |o| + |ν|·T_f/2 of the beginning,
 //!
 //! ```text
-//! ν, r      (v − v_s)·(1 − 3w² + 2w³), −s·(1 − 3w² + 2w³)                 what was left of the old motion fades out
-//! drift     o := o + ν·T                                                  what moves fast is not caught at once
-//! ratchet   o := o·min(1, max(0, d·o/|o|²))                               what comes together by itself stays together
-//! cap       |o| ≤ ō·(1 − 10u³ + 15u⁴ − 6u⁵)                               the rest in T_b, with the least jerk (Flash & Hogan 1985)
+//! fade      ν := (v − v_s)·(1 − 3w² + 2w³)                      what moves fast is not caught at once ...
+//! drift     o := o + ν·T                                        ... and comes farther apart meanwhile
+//! ratchet   o := o·min(1, max(0, (d − s)·o/|o|²))               what comes together by itself stays together
+//! cap       |o| ≤ ō·(1 − 10u³ + 15u⁴ − 6u⁵)                     the rest in T_b, with the least jerk (Flash & Hogan 1985)
 //! ```
 //!
 //! All of it is in proportion to d, v, s and v_s: twice as far apart is twice the force.
@@ -32,12 +32,18 @@ pub struct RejoiningPace {
 }
 
 impl RejoiningPace {
-    /// Offsets go away within `rejoin_s` (s; 0: there are none), former stretches fade out within `fade_s` (s), at ticks that are
+    /// Offsets go away within `rejoin_s` (s; 0: there are none), rates fade out within `fade_s` (s), at ticks that are
     /// `period_s` (s) apart.
     #[must_use]
     pub fn new(rejoin_s: f64, fade_s: f64, period_s: f64) -> Self {
         let bleed_per_tick = (rejoin_s > 0.0).then(|| period_s / rejoin_s.max(period_s));
         Self { bleed_per_tick, fade_per_tick: period_s / fade_s.max(period_s), period_s }
+    }
+
+    /// The same, but that offsets go away within the time in which rates fade.
+    #[must_use]
+    pub fn at_the_pace_of_rates(self) -> Self {
+        Self { bleed_per_tick: self.bleed_per_tick.map(|_| self.fade_per_tick), ..self }
     }
 
     /// Whether there are offsets.
@@ -77,41 +83,39 @@ impl Offset {
         if !pace.exists() {
             return Self::default();
         }
-        let rate = apart.velocity - former.velocity;
+        let (value, rate) = (apart.position - former.position, apart.velocity - former.velocity);
         let drift_s = 0.5 * pace.period_s / pace.fade_per_tick;
-        let first = apart.position.length() + drift_s * rate.length();
-        Self { value: apart.position, first, former: former.position, rate, bled: 0.0, faded: 0.0 }
+        let first = value.length() + drift_s * rate.length();
+        Self { value, first, former: former.position, rate, bled: 0.0, faded: 0.0 }
     }
 
-    /// o + r and ν: what is to be taken off the stretch and its rate.
+    /// o and ν: what is to be taken off the stretch and its rate.
     #[must_use]
     pub fn value(&self) -> Stretch {
-        let left = smooth_left(self.faded);
-        Stretch { position: self.value - self.former * left, velocity: self.rate * left }
+        Stretch { position: self.value, velocity: self.rate * smooth_left(self.faded) }
     }
 
     /// Whether nothing is taken off any more.
     #[must_use]
     pub fn is_over(&self) -> bool {
-        self.value == DVec3::ZERO && self.former == DVec3::ZERO && self.rate == DVec3::ZERO
+        self.value == DVec3::ZERO && self.rate == DVec3::ZERO
     }
 
     /// One tick on, after which the two are `apart`, m or rad. No allocation.
     pub fn advance(&mut self, pace: RejoiningPace, apart: DVec3) {
-        let Some(bleed_per_tick) = pace.bleed_per_tick else { return };
+        let Some(bleed_per_tick) = pace.bleed_per_tick.filter(|_| !self.is_over()) else { return };
         self.value += self.rate * (smooth_left(self.faded) * pace.period_s);
         self.faded = (self.faded + pace.fade_per_tick).min(1.0);
         if self.faded >= 1.0 {
-            (self.former, self.rate) = (DVec3::ZERO, DVec3::ZERO);
+            self.rate = DVec3::ZERO;
         }
         self.bled = (self.bled + bleed_per_tick).min(1.0);
         let size = self.value.length();
-        if size == 0.0 {
-            return;
+        if size > 0.0 {
+            let along = self.value / size;
+            let left = (apart - self.former).dot(along).min(self.first * least_jerk_left(self.bled));
+            self.value = along * left.min(size).max(0.0);
         }
-        let along = self.value / size;
-        let left = size.min(apart.dot(along)).min(self.first * least_jerk_left(self.bled));
-        self.value = along * left.max(0.0);
     }
 }
 
@@ -152,8 +156,9 @@ mod tests {
             counts = apart - offset.value().position;
         }
         assert_eq!((counts, offset.is_over()), (apart, true));
-        // The fastest instant of a way with the least jerk is 15/8 of its mean speed, that of a smooth step 3/2.
-        let bound = PERIOD_S * (15.0 / 8.0 * apart.length() / 1.5 + 1.5 * former.length() / 0.25);
+        assert!(pace().ticks() == 1536);
+        // The fastest instant of a way with the least jerk is 15/8 of its mean speed.
+        let bound = PERIOD_S * 15.0 / 8.0 * (apart - former).length() / 1.5;
         assert!(largest_step <= bound * 1.001, "{largest_step} {bound}");
     }
 
@@ -191,6 +196,10 @@ mod tests {
         offset.advance(pace(), DVec3::X * -0.001);
         assert_eq!(offset.value(), Stretch::default());
         assert!(offset.is_over());
+        // A stretch that was there before is none that came about meanwhile.
+        let mut offset = Offset::met(pace(), at(DVec3::X * 0.1), at(DVec3::X * 0.03));
+        offset.advance(pace(), DVec3::X * 0.06);
+        assert!((offset.value().position - DVec3::X * 0.03).length() < 1e-15);
     }
 
     #[test]

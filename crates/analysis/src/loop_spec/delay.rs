@@ -78,7 +78,7 @@ fn last_step_at(schedule: &Schedule, tick: i64) -> i64 {
 }
 
 /// The first network step that falls on `tick` or later.
-fn first_step_from(schedule: &Schedule, tick: i64) -> i64 {
+pub(crate) fn first_step_from(schedule: &Schedule, tick: i64) -> i64 {
     last_step_at(schedule, tick - 1) + 1
 }
 

@@ -1,9 +1,13 @@
 //! The session's own loop, stepped through an outage.
 
 use cotouch_scene::names::HostIndex;
+use cotouch_scene::scene::SceneValues;
+use cotouch_world::Offset;
+use cotouch_world::coupler::Stretch;
 use glam::DVec3;
 
 use super::reach::{Gains, Reach};
+use super::rejoining::{Offsets, Rejoining};
 use super::session::{FadingSession, Presence, Target};
 use super::timeline::{Governed, Timeline};
 use crate::lift::layout::{Layout, Register};
@@ -48,10 +52,13 @@ pub(super) struct Stepper<'a> {
     layout: Layout,
     program: Program,
     axes: usize,
+    rejoining: Rejoining,
+    /// The first row of what is observed for that.
+    first_observed: usize,
 }
 
 impl<'a> Stepper<'a> {
-    pub(super) fn new(session: &'a FadingSession) -> Self {
+    pub(super) fn new(scene: &SceneValues, session: &'a FadingSession) -> Self {
         let axes = session.hands.first().map_or(1, |hand| session.spec.bodies[hand.body.0].axes.len());
         let layout = Layout::with_memory(&session.spec);
         let places = session.hands.iter().map(|hand| {
@@ -60,9 +67,12 @@ impl<'a> Stepper<'a> {
             ForceGains { components: axes, terms: (0..axes).map(term).collect() }
         });
         let couplings = session.couplings.iter().map(|coupling| coupling.force.clone());
-        let observed: Vec<_> = couplings.chain(session.apart.iter().cloned()).chain(places).collect();
+        let mut observed: Vec<_> = couplings.chain(session.apart.iter().cloned()).chain(places).collect();
+        let first_observed = observed.iter().map(|gains| gains.components).sum();
+        let rejoining = Rejoining::new(scene, session);
+        observed.extend(rejoining.observed(&session.spec));
         let program = Program::observing(&session.spec, &layout, &observed);
-        Self { session, layout, program, axes }
+        Self { session, layout, program, axes, rejoining, first_observed }
     }
 
     /// What constant pushes do from the beginning of an outage on, everything being at rest before.
@@ -74,7 +84,31 @@ impl<'a> Stepper<'a> {
         let mut acting = Acting::new(self, timeline, Question::Largest, identity);
         self.step(&mut acting, |acting| acting.force.size);
         let Acting { force, pushes, mean_square_n2, apart, .. } = acting;
-        Response { force, pushes, mean_square_n2, apart }
+        let linear = Response { force, pushes, mean_square_n2, apart };
+        if self.brings_together(timeline) { self.searched(timeline, linear) } else { linear }
+    }
+
+    /// Whether hosts bring together what came apart: then responses do not add up.
+    fn brings_together(&self, timeline: &Timeline) -> bool {
+        self.rejoining.exists() && timeline.first_meeting().is_some()
+    }
+
+    /// The worst that the patterns of pushes do, and those that would be worst without offsets.
+    fn searched(&self, timeline: &Timeline, linear: Response) -> Response {
+        let mut patterns = patterns(self.session.hands.len(), self.axes);
+        let counted = patterns.len();
+        patterns.push(linear.pushes.clone());
+        let rows = (0..self.session.hands.len() * self.axes)
+            .map(|row| patterns.iter().map(|pushes| pushes[row / self.axes][row % self.axes]).collect());
+        let mut acting = Acting::new(self, timeline, Question::Patterns { counted }, rows.collect());
+        self.step(&mut acting, |acting| acting.force.size);
+        let apart = if acting.apart.size > linear.apart.size { acting.apart } else { linear.apart };
+        Response {
+            force: acting.force,
+            pushes: patterns.swap_remove(acting.worst_column),
+            mean_square_n2: acting.mean_square_n2,
+            apart,
+        }
     }
 
     /// The most energy (J) that the rendered forces have given to all hands together at any time since packets arrive again, with
@@ -114,6 +148,32 @@ enum Question {
     Largest,
     /// The energy of one trajectory.
     Energy,
+    /// The largest force and distance of each trajectory by itself, and the mean square of the first ones.
+    Patterns { counted: usize },
+}
+
+/// Most fingers of which all patterns of signs are tried: then 32 along each axis, since the opposite is the same.
+const ALL_SIGNS: usize = 6;
+
+/// Pushes of all hands along one axis, by 1 N forwards or backwards. Over all of them each hand's is 0 in the mean, and no two go together: the
+/// same mean squares as of independent pushes in random directions.
+fn patterns(hands: usize, axes: usize) -> Vec<Vec<DVec3>> {
+    let bits = if hands <= ALL_SIGNS {
+        hands.max(1) - 1
+    } else {
+        usize::BITS as usize - hands.leading_zeros() as usize
+    };
+    let sign = |pattern: usize, hand: usize| {
+        // All signs, or the rows of a Hadamard matrix (Sylvester 1867).
+        let which = if hands <= ALL_SIGNS { (1 << hand) >> 1 } else { hand };
+        if (pattern & which).count_ones() % 2 == 0 { 1.0 } else { -1.0 }
+    };
+    let along = |axis: usize| {
+        (0..1_usize << bits).map(move |pattern| {
+            (0..hands).map(|hand| sign(pattern, hand) * DVec3::AXES[axis]).collect::<Vec<_>>()
+        })
+    };
+    (0..axes).flat_map(along).collect()
 }
 
 /// What acts on the loop: who is there, and hands that push.
@@ -137,8 +197,13 @@ struct Acting<'a> {
     most_energy_j: f64,
     force: Worst,
     pushes: Vec<DVec3>,
+    worst_column: usize,
     mean_square_n2: f64,
     apart: Worst,
+    /// While what came apart is brought together.
+    offsets: Option<Offsets>,
+    /// For each hand that a server's force reaches, for each column: what is added to that force, and the force of the tick before.
+    served: Vec<Vec<(Offset, DVec3)>>,
 }
 
 impl<'a> Acting<'a> {
@@ -170,8 +235,12 @@ impl<'a> Acting<'a> {
             most_energy_j: 0.0,
             force: nothing,
             pushes: Vec::new(),
+            worst_column: 0,
             mean_square_n2: 0.0,
             apart: nothing,
+            offsets: (question != Question::Largest && stepper.brings_together(timeline))
+                .then(|| stepper.rejoining.start(columns)),
+            served: vec![vec![(Offset::default(), DVec3::ZERO); columns]; stepper.session.hands.len()],
             unit_pushes,
         }
     }
@@ -192,7 +261,7 @@ impl<'a> Acting<'a> {
     fn act_by_share(&self, observed: &Rows, acting: &mut Rows) -> usize {
         let Stepper { session, layout, program, .. } = self.stepper;
         let mut number = 0;
-        for coupling in &session.couplings {
+        for (index, coupling) in session.couplings.iter().enumerate() {
             let (row, tick) = match coupling.on {
                 Target::Body(body) => (Some(program.force_on(body)), self.tick),
                 // A server answers before its tick, in which couplings fade on.
@@ -200,8 +269,13 @@ impl<'a> Acting<'a> {
             };
             let share = self.share(coupling.presence, tick);
             for component in 0..coupling.force.components {
-                if let Some(row) = row {
-                    add(acting.row_mut(row + component), share, observed.row(number + component));
+                let Some(row) = row else { continue };
+                let acting = acting.row_mut(row + component);
+                add(acting, share, observed.row(number + component));
+                if let Some(offsets) = &self.offsets {
+                    for (column, force) in acting.iter_mut().enumerate() {
+                        *force += share * self.stepper.rejoining.force(index, component, offsets, column);
+                    }
                 }
             }
             number += coupling.force.components;
@@ -213,6 +287,9 @@ impl<'a> Acting<'a> {
     fn govern(&mut self, forces: &mut Rows) {
         let (stepper, axes) = (self.stepper, self.stepper.axes);
         for (index, hand) in stepper.session.hands.iter().enumerate().filter(|(_, hand)| hand.is_served) {
+            if self.offsets.is_some() {
+                self.go_on_from_former(index, forces);
+            }
             let fade = self.timeline.fade(hand.user, HostIndex::FIRST, self.tick);
             let governed = self.timeline.governed(hand.user, self.tick);
             for axis in 0..axes {
@@ -233,6 +310,32 @@ impl<'a> Acting<'a> {
         }
     }
 
+    /// Has the force that a server says go on from what it was before a gap.
+    fn go_on_from_former(&mut self, index: usize, forces: &mut Rows) {
+        let (stepper, pace) = (self.stepper, self.stepper.rejoining.pace.at_the_pace_of_rates());
+        let hand = stepper.session.hands[index];
+        let meeting = self.timeline.meets(hand.user, HostIndex::FIRST);
+        let meets = meeting.is_some_and(|meeting| meeting.tick == self.tick && meeting.goes_on);
+        let first = stepper.program.force_on(hand.body);
+        for (column, (offset, last)) in self.served[index].iter_mut().enumerate() {
+            let mut said = DVec3::ZERO;
+            for axis in 0..stepper.axes {
+                said[axis] =
+                    forces.row(first + axis)[column] - self.own_forces[index * stepper.axes + axis][column];
+            }
+            offset.advance(pace, *last);
+            if meets {
+                let standing = |position| Stretch { position, velocity: DVec3::ZERO };
+                *offset = Offset::met(pace, standing(said), standing(*last - offset.value().position));
+            }
+            let added = -offset.value().position;
+            for axis in 0..stepper.axes {
+                forces.row_mut(first + axis)[column] += added[axis];
+            }
+            *last = said;
+        }
+    }
+
     /// Keeps the energy of one trajectory.
     fn observe_energy(&mut self, observed: &Rows, first: usize) {
         for (number, (place, force)) in self.places.iter_mut().zip(&self.rendered).enumerate() {
@@ -244,12 +347,51 @@ impl<'a> Acting<'a> {
     }
 
     fn observe_apart(&mut self, observed: &Rows, first: usize) {
+        // From then on responses do not add up, and nothing comes farther apart by itself.
+        let adds_up = !self.stepper.brings_together(self.timeline)
+            || self.timeline.first_meeting().is_none_or(|meeting| self.tick < meeting);
+        if !adds_up {
+            return;
+        }
         let mut number = first;
         for (place, apart) in self.stepper.session.apart.iter().enumerate() {
             let gains = Gains::new(apart.components, |axis| observed.row(number + axis));
             worsen(&mut self.apart, &gains, place, self.tick);
             number += apart.components;
         }
+    }
+
+    fn observe_columns_apart(&mut self, observed: &Rows, first: usize) {
+        let mut number = first;
+        for (place, apart) in self.stepper.session.apart.iter().enumerate() {
+            for column in 0..self.columns() {
+                let vector = vector(observed, number, apart.components, column);
+                if vector.length() > self.apart.size {
+                    self.apart = Worst::of(vector, place, self.tick);
+                }
+            }
+            number += apart.components;
+        }
+    }
+
+    fn observe_columns(&mut self, forces: &Rows, counted: usize) {
+        let Stepper { session, program, axes, .. } = self.stepper;
+        for (index, hand) in session.hands.iter().enumerate() {
+            let mut sum = 0.0;
+            for column in 0..self.columns() {
+                let force = vector(forces, program.force_on(hand.body), *axes, column);
+                if force.length() > self.force.size {
+                    self.force = Worst::of(force, index, self.tick);
+                    self.worst_column = column;
+                }
+                sum += if column < counted { force.length_squared() } else { 0.0 };
+            }
+            self.mean_square_n2 = self.mean_square_n2.max(sum / counted as f64);
+        }
+    }
+
+    fn columns(&self) -> usize {
+        self.unit_pushes.first().map_or(0, Vec::len)
     }
 
     fn observe_forces(&mut self, forces: &Rows) {
@@ -272,6 +414,11 @@ impl Outside for Acting<'_> {
     }
 
     fn act(&mut self, observed: &Rows, acting: &mut Rows) {
+        if let Some(offsets) = &mut self.offsets {
+            let stepper = self.stepper;
+            let first = stepper.first_observed;
+            stepper.rejoining.advance(offsets, self.timeline, self.tick, observed, first);
+        }
         let apart = self.act_by_share(observed, acting);
         let stepper = self.stepper;
         let served = stepper.session.hands.iter().enumerate().filter(|(_, hand)| hand.is_served);
@@ -285,14 +432,17 @@ impl Outside for Acting<'_> {
         match self.question {
             Question::Largest => self.observe_apart(observed, apart),
             Question::Energy => self.observe_energy(observed, places),
+            Question::Patterns { .. } => self.observe_columns_apart(observed, apart),
         }
     }
 
     fn push(&mut self, forces: &mut Rows) {
         self.govern(forces);
         let back = self.tick >= self.timeline.ends;
-        if back && self.question == Question::Largest {
-            self.observe_forces(forces);
+        match self.question {
+            Question::Largest if back => self.observe_forces(forces),
+            Question::Patterns { counted } if back => self.observe_columns(forces, counted),
+            _ => {}
         }
         let (stepper, axes) = (self.stepper, self.stepper.axes);
         for (index, hand) in stepper.session.hands.iter().enumerate() {
@@ -307,6 +457,20 @@ impl Outside for Acting<'_> {
         }
         self.tick += 1;
     }
+}
+
+impl Worst {
+    fn of(vector: DVec3, place: usize, tick: i64) -> Self {
+        Self { size: vector.length(), place, direction: vector.normalize_or(DVec3::X), tick }
+    }
+}
+
+fn vector(rows: &Rows, first: usize, components: usize, column: usize) -> DVec3 {
+    let mut vector = DVec3::ZERO;
+    for component in 0..components {
+        vector[component] = rows.row(first + component)[column];
+    }
+    vector
 }
 
 /// Whether these gains reach farther than the worst so far, which they then become.

@@ -12,7 +12,7 @@ use cotouch_scene::scene::{Architecture, SceneValues};
 use cotouch_scene::time::Schedule;
 
 use crate::compile::delay;
-use crate::loop_spec::tick_of_step;
+use crate::loop_spec::{first_step_from, tick_of_step};
 
 /// A share of a tick within which an instant counts as that tick's.
 const TICK_ACCURACY: f64 = 1e-6;
@@ -61,6 +61,15 @@ struct Way {
     /// Samples that would be taken from the first of these ticks on and before the second never arrive.
     lost: Option<(i64, i64)>,
     gone: Option<Gone>,
+    meets: Option<Meeting>,
+}
+
+/// When a receiver brings together what came apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Meeting {
+    pub(super) tick: i64,
+    /// Whether forces go on from what they were; else from nothing.
+    pub(super) goes_on: bool,
 }
 
 /// When a receiver takes a sender for gone, hears it again, and when the first sample is taken and used with which its coupling
@@ -114,6 +123,9 @@ impl Timeline {
                 timeline.cut(&notice, to, from, silent, fades);
             }
         }
+        if fades && scene.session.rejoin_s > 0.0 {
+            timeline.meet_again(&notice);
+        }
         timeline
     }
 
@@ -125,7 +137,7 @@ impl Timeline {
     fn cut(&mut self, notice: &Notice<'_>, to: HostIndex, from: HostIndex, silent: Silent, fades: bool) {
         let gone = if fades { notice.gone(to, from, silent, self.fade_ticks()) } else { None };
         let until = gone.map_or(self.ends, |gone| gone.sampled);
-        *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone };
+        *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone, meets: None };
         let Some(gone) = gone else { return };
         if silent != Silent::Everybody {
             // Who takes a host for gone sends it nothing; its pings still tell that it is there.
@@ -135,6 +147,35 @@ impl Timeline {
         self.lets_go = Some(self.lets_go.map_or(gone.from, |first| first.min(gone.from)));
         let soft_start = (gone.from + self.release_ticks.max(1)).max(gone.heard) + self.soft_start_ticks;
         self.is_over = self.is_over.max(gone.rises + self.fade_ticks()).max(soft_start);
+    }
+
+    /// Sets when hosts bring together what came apart: as a coupling begins to fade in, or with the first sample after a gap.
+    fn meet_again(&mut self, notice: &Notice<'_>) {
+        let scene = notice.scene;
+        let rejoining =
+            (scene.session.rejoin_s * scene.rates.control_hz.hz()).ceil() as i64 + self.fade_ticks();
+        for to in scene.hosts() {
+            for from in to.others(scene.session.users) {
+                let Way { lost, gone, .. } = self.way(to, from);
+                let meets = match (gone, lost) {
+                    (Some(gone), _) => Some(Meeting { tick: gone.rises, goes_on: false }),
+                    (None, Some(lost)) => notice.after_gap(to, from, lost),
+                    (None, None) => None,
+                };
+                self.way_mut(to, from).meets = meets;
+                self.is_over = self.is_over.max(meets.map_or(0, |meets| meets.tick + rejoining));
+            }
+        }
+    }
+
+    /// When `to` brings together what came apart from what `from` says, if it does.
+    pub(super) fn meets(&self, to: HostIndex, from: HostIndex) -> Option<Meeting> {
+        self.way(to, from).meets
+    }
+
+    /// The first tick at which a host does so.
+    pub(super) fn first_meeting(&self) -> Option<i64> {
+        self.ways.iter().filter_map(|way| Some(way.meets?.tick)).min()
     }
 
     /// Ticks in which a coupling fades out.
@@ -213,6 +254,16 @@ impl Notice<'_> {
         let is_server =
             self.scene.session.architecture == Architecture::Centralized && to == HostIndex::FIRST;
         is_server || self.latency_s(to, from) > 0.0
+    }
+
+    /// When `to` uses the first sample of `from` after those of these ticks are lost, if that comes after a gap.
+    fn after_gap(&self, to: HostIndex, from: HostIndex, (first, end): (i64, i64)) -> Option<Meeting> {
+        let gap_s = self.scene.session.rejoin_after_s;
+        let gap_steps = ((gap_s * self.scene.rates.network_hz.hz()).ceil() as i64).max(1);
+        let last_before = first_step_from(&self.schedule, first) - 1;
+        let first_after = first_step_from(&self.schedule, end);
+        let used = delay(self.scene, from, to).tick_of_use(&self.schedule, first_after);
+        (first_after - last_before > gap_steps).then_some(Meeting { tick: used, goes_on: true })
     }
 
     /// When `to` takes `from` for gone, if it does, and hears it again at the latest.

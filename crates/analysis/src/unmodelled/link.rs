@@ -66,10 +66,18 @@ pub(super) fn unmodelled(scene: &Scene) -> Vec<LeftOut> {
             "packets are taken to pass at once",
         ));
     }
-    if ways.iter().any(|way| way.silent_share() > SELDOM) {
+    let session = &scene.session;
+    if ways.iter().any(|way| way.silent_share(session.peer_timeout_s) > SELDOM) {
         left_out.push(LeftOut::new(
             "Peers that are taken to have left, and come back (session.peer_timeout_s)",
             "every peer is taken to be there, and may be silent for longer than that",
+        ));
+    }
+    let rejoins = session.rejoin_s > 0.0 && session.rejoin_after_s < session.peer_timeout_s;
+    if rejoins && ways.iter().any(|way| way.silent_share(session.rejoin_after_s) > SELDOM) {
+        left_out.push(LeftOut::new(
+            "What is brought together slowly after a gap between samples (session.rejoin_after_s)",
+            "samples are taken to be held, and their gaps may be longer than that",
         ));
     }
     left_out
@@ -113,10 +121,9 @@ impl Way<'_> {
         exceeds(slack_s, jitter_s)
     }
 
-    /// The share of packets after which nothing is heard until the peer is taken to have left.
-    fn silent_share(&self) -> f64 {
+    /// The share of packets after which nothing is heard for so long.
+    fn silent_share(&self, timeout_s: f64) -> f64 {
         let Impairment { jitter_s, loss_rate, loss_burst_packets, .. } = *self.impairment;
-        let timeout_s = self.scene.session.peer_timeout_s;
         let missing = (timeout_s / self.period_s()).ceil() - 1.0;
         if missing < 1.0 {
             return 1.0;

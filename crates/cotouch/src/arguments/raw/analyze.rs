@@ -68,7 +68,8 @@ together with a push. The table of outages (one network period, 0.05, 0.6 and 3 
 when packets arrive again, for each newton that every finger pushed with since the outage began, all having been at rest before: the \
 largest force; what random pushes lead one to expect; how far things came apart; the energy that the return gives to hands; from \
 which push on the governor's limit cuts the force. It counts how a session treats a silent host: samples are held, after \
-session.peer_timeout_s its coupling fades out, and fades in again when it is heard. `cotouch run` can be made to have such an \
+session.peer_timeout_s its coupling fades out, and fades in again when it is heard; what came apart in more than \
+session.rejoin_after_s is brought together within session.rejoin_s. `cotouch run` can be made to have such an \
 outage: --impair outage_from_s=3 --impair outage_duration_s=0.6.
 
 Example:
