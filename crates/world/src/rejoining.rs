@@ -109,7 +109,11 @@ impl Offset {
         if self.faded >= 1.0 {
             self.rate = DVec3::ZERO;
         }
+        // Sums of ticks' shares fall short of 1 by their rounding.
         self.bled = (self.bled + bleed_per_tick).min(1.0);
+        if self.bled > 1.0 - 0.5 * bleed_per_tick {
+            self.bled = 1.0;
+        }
         let size = self.value.length();
         if size > 0.0 {
             let along = self.value / size;
@@ -174,11 +178,17 @@ mod tests {
                 position: place - offset.value().position,
                 velocity: velocity - offset.value().velocity,
             };
-            assert!(counts.velocity.x >= before.velocity.x && counts.velocity.x <= 2.0);
-            if tick < 256 {
-                let moved = (counts.position - before.position).x / PERIOD_S;
-                assert!((moved - before.velocity.x).abs() < 0.05 + 0.3, "{tick}: {moved}");
-            }
+            assert!(
+                counts.velocity.x >= before.velocity.x
+                    && counts.velocity.x <= 2.0
+                    && counts.position.x >= 0.0
+            );
+            // While its rate fades in, what is bled off besides is little.
+            let moved = (counts.position - before.position).x / PERIOD_S;
+            assert!(
+                tick > 128 || (moved - before.velocity.x).abs() < 0.02 * 2.0,
+                "{tick}: {moved} {before:?}"
+            );
             before = counts;
             place += velocity * PERIOD_S;
             offset.advance(pace(), place);

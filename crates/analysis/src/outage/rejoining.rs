@@ -60,9 +60,7 @@ impl Rejoining {
         let (rates, values) = (&scene.rates, &scene.session);
         let pace = RejoiningPace::new(values.rejoin_s, values.peer_fade_s, rates.control_hz.period_s());
         let pairs = if session.fades && pace.exists() { pairs(session) } else { Vec::new() };
-        let part_of = |coupling: &super::session::FadingCoupling| {
-            parts(&session.spec, &pairs, coupling.presence, &coupling.force)
-        };
+        let part_of = |coupling: &super::session::FadingCoupling| parts(&pairs, &coupling.force);
         Self { pace, parts: session.couplings.iter().map(part_of).collect(), pairs }
     }
 
@@ -92,12 +90,24 @@ impl Rejoining {
     /// What offsets add to the force of a coupling in one trajectory.
     pub(super) fn force(&self, coupling: usize, component: usize, offsets: &Offsets, column: usize) -> f64 {
         let of_part = |part: &OffsetPart| {
-            let value = offsets.pairs[part.pair].columns[column].value(part.dof.turns());
+            let value = self.displacement(part.pair, offsets, column)[usize::from(part.dof.turns())];
             let vector = if part.is_velocity { value.velocity } else { value.position };
             part.gain * vector[part.dof.axis() as usize]
         };
         let parts = self.parts[coupling].iter().filter(|part| part.component == component);
         parts.map(of_part).sum()
+    }
+
+    /// How far a held motion counts as elsewhere, by place and by turning: a finger at a copy along with that.
+    fn displacement(&self, pair: usize, offsets: &Offsets, column: usize) -> [Stretch; 2] {
+        let own = &offsets.pairs[pair].columns[column];
+        match self.pairs[pair].kind {
+            PairKind::FingerAt(copy) => {
+                let along = self.pairs[pair].along(&offsets.pairs[copy].columns[column]);
+                [more(along, own.value(false)), Stretch::default()]
+            }
+            PairKind::Copy | PairKind::Finger => [own.value(false), own.value(true)],
+        }
     }
 
     /// No offsets, for so many trajectories.
@@ -166,14 +176,8 @@ impl Rejoining {
                         PairKind::FingerAt(copy) => {
                             let (then, now) =
                                 (&before[copy].columns[index], &offsets.pairs[copy].columns[index]);
-                            let along = |copy: &OfColumn, held: Stretch| {
-                                let Stretch { position, velocity } = copy.value(true);
-                                let turned =
-                                    Stretch { position: pair.arm * position, velocity: pair.arm * velocity };
-                                less(less(held, copy.value(false)), turned)
-                            };
-                            let counted = less(along(then, was.held[at]), was.value(turns));
-                            (Stretch::default(), less(counted, along(now, held[at])))
+                            let counted = less(less(was.held[at], pair.along(then)), was.value(turns));
+                            (Stretch::default(), less(counted, less(held[at], pair.along(now))))
                         }
                         PairKind::Copy | PairKind::Finger => (
                             less(held[at], was.own[at]),
@@ -186,6 +190,14 @@ impl Rejoining {
                 offsets.pairs[place].columns[index].offsets = met;
             }
         }
+    }
+}
+
+impl Pair {
+    /// How a finger is displaced along with a copy.
+    fn along(&self, copy: &OfColumn) -> Stretch {
+        let Stretch { position, velocity } = copy.value(true);
+        more(copy.value(false), Stretch { position: self.arm * position, velocity: self.arm * velocity })
     }
 }
 
@@ -216,6 +228,10 @@ impl OfColumn {
 
 fn less(one: Stretch, other: Stretch) -> Stretch {
     Stretch { position: one.position - other.position, velocity: one.velocity - other.velocity }
+}
+
+fn more(one: Stretch, other: Stretch) -> Stretch {
+    Stretch { position: one.position + other.position, velocity: one.velocity + other.velocity }
 }
 
 fn read(pair: &Pair, observed: &Rows, first: usize, has_velocities: bool, column: usize) -> [Stretch; 2] {
@@ -273,24 +289,37 @@ fn own_body(spec: &LoopSpec, host: HostIndex, force: &ForceGains) -> Option<Body
     })
 }
 
-/// A force `H·h + C·(x, θ)` that is drawn from a finger at h to a body does not change if both move together: `C_θ·θ = −H·(θ × r)`, of which
-/// `θ × r` is found along the directions in which there is a force at all.
+/// `θ × r` for a finger at r from a body: the damping of a contact, `B·ḣ + C·(ẋ, ω)`, sees none of it if both move together, so `C_ω·ω = −B·(ω × r)`,
+/// from which it is found along the directions in which there is damping at all; where there is none, from the stiffness, which is the
+/// same but for what a preload does.
 fn arm(spec: &LoopSpec, force: &ForceGains, (held, dofs): (LineId, &[Dof]), own: BodyId) -> DMat3 {
-    let nothing = DMatrix::<f64>::zeros(force.components, 3);
-    let (mut of_finger, mut of_turns) = (nothing.clone(), nothing);
     let axes = spec.bodies[own.0].axes;
-    for term in &force.terms {
-        match term.motion {
-            Motion::Held(line) if line == held && term.number < dofs.len() => {
-                of_finger[(term.component, dofs[term.number].axis() as usize)] += term.gain;
+    let found = |is_velocity: bool| -> Option<DMatrix<f64>> {
+        let nothing = DMatrix::<f64>::zeros(force.components, 3);
+        let (mut of_finger, mut of_turns) = (nothing.clone(), nothing);
+        let dof_of = |dofs: &[Dof], number: usize| {
+            let first = if is_velocity { dofs.len() } else { 0 };
+            dofs.get(number.checked_sub(first)?).copied()
+        };
+        for term in &force.terms {
+            match term.motion {
+                Motion::Held(line) if line == held => {
+                    if let Some(dof) = dof_of(dofs, term.number) {
+                        of_finger[(term.component, dof.axis() as usize)] += term.gain;
+                    }
+                }
+                Motion::Current(body) if body == own => {
+                    if let Some(dof) = dof_of(axes, term.number).filter(|dof| dof.turns()) {
+                        of_turns[(term.component, dof.axis() as usize)] += term.gain;
+                    }
+                }
+                _ => {}
             }
-            Motion::Current(body) if body == own && term.number < axes.len() && axes[term.number].turns() => {
-                of_turns[(term.component, axes[term.number].axis() as usize)] += term.gain;
-            }
-            _ => {}
         }
-    }
-    let found: Option<DMatrix<f64>> = of_finger.pseudo_inverse(1e-12).ok().map(|inverse| -inverse * of_turns);
+        let acts = of_finger.iter().any(|&gain| gain != 0.0);
+        acts.then(|| of_finger.pseudo_inverse(1e-12).ok()).flatten().map(|inverse| -inverse * of_turns)
+    };
+    let found = found(true).or_else(|| found(false));
     found.map_or(DMat3::ZERO, |found| DMat3::from_cols_array(&std::array::from_fn(|place| found[place])))
 }
 
@@ -303,30 +332,15 @@ fn signal(spec: &LoopSpec, line: LineId) -> (Vec<Dof>, bool) {
     }
 }
 
-/// A held motion is displaced by the opposite of its offset; a finger at a copy as if the own body were displaced.
-fn parts(spec: &LoopSpec, pairs: &[Pair], presence: Presence, force: &ForceGains) -> Vec<OffsetPart> {
-    let mut parts = Vec::new();
-    for term in &force.terms {
-        for (place, pair) in pairs.iter().enumerate() {
-            let (dofs, sign) = match (term.motion, presence) {
-                (Motion::Held(line), _) if line == pair.held => (&pair.dofs[..], -1.0),
-                (Motion::Current(body), Presence::Finger { to, from })
-                    if pair.kind == PairKind::Copy && (pair.to, pair.from, pair.own) == (to, from, body) =>
-                {
-                    (spec.bodies[body.0].axes, 1.0)
-                }
-                _ => continue,
-            };
-            let is_velocity = term.number >= dofs.len();
-            let dof = dofs[term.number - if is_velocity { dofs.len() } else { 0 }];
-            parts.push(OffsetPart {
-                component: term.component,
-                pair: place,
-                dof,
-                is_velocity,
-                gain: sign * term.gain,
-            });
-        }
-    }
-    parts
+/// A held motion is displaced by the opposite of its offset.
+fn parts(pairs: &[Pair], force: &ForceGains) -> Vec<OffsetPart> {
+    let part = |term: &Term| {
+        let Motion::Held(line) = term.motion else { return None };
+        let pair = pairs.iter().position(|pair| pair.held == line)?;
+        let dofs = &pairs[pair].dofs;
+        let is_velocity = term.number >= dofs.len();
+        let dof = dofs[term.number - if is_velocity { dofs.len() } else { 0 }];
+        Some(OffsetPart { component: term.component, pair, dof, is_velocity, gain: -term.gain })
+    };
+    force.terms.iter().filter_map(part).collect()
 }

@@ -123,7 +123,8 @@ fn one_way_the_deaf_one_alone_is_drawn_to_where_the_other_was() {
 
 #[test]
 fn a_built_in_scene_has_its_rows_and_says_whether_it_drifts() {
-    let scene = cotouch_scene::load("single-axis", &[]).unwrap();
+    let at_once = "session.rejoin_s=0".parse().unwrap();
+    let scene = cotouch_scene::load("single-axis", &[at_once]).unwrap();
     let found = outages(&scene, &[0.0078125, 0.6], &|_| true).unwrap();
     let steps: Vec<_> = found.rows.iter().map(|row| (row.direction, row.lost_steps)).collect();
     let both_ways = [OutageDirection::Both, OutageDirection::OneWay];
@@ -144,4 +145,22 @@ fn a_built_in_scene_has_its_rows_and_says_whether_it_drifts() {
         "{tied:?}"
     );
     assert!(matches!(outages(&scene, &[0.6], &|_| false), Err(SweepError::GivenUp)));
+}
+
+#[test]
+fn hosts_that_bring_together_slowly_what_came_apart_make_a_return_harmless() {
+    let settings = |rejoin: &str| {
+        let scene = cotouch_scene::load("single-axis", &[rejoin.parse().unwrap()]).unwrap();
+        outages(&scene, &[0.2, 0.6, 3.0], &|_| true).unwrap()
+    };
+    let (at_once, slowly) = (settings("session.rejoin_s=0"), settings("session.rejoin_s=1.5"));
+    for (before, now) in at_once.rows.iter().zip(&slowly.rows) {
+        assert!(now.peak_force_n_per_n < before.peak_force_n_per_n, "{before:?} {now:?}");
+        assert!(now.expected_force_n_per_n <= now.peak_force_n_per_n, "{now:?}");
+    }
+    assert!(
+        slowly.rows.last().unwrap().peak_force_n_per_n
+            < 0.25 * at_once.rows.last().unwrap().peak_force_n_per_n
+    );
+    assert!(slowly.notes.iter().any(|note| note.contains("session.rejoin_s")), "{:?}", slowly.notes);
 }

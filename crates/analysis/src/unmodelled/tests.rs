@@ -46,19 +46,28 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
         ),
         ("single-axis", &["governor.passivity_control=true"], &["governor.passivity_control"]),
         ("single-axis", &["link.impairment.loss_rate=0.01"], &["link.impairment.loss_rate"]),
-        ("sinusoid", &["link.impairment.loss_rate=0.3"], &["link.impairment.loss_rate"]),
+        // More than one loss in a row is as rare as the link has it: of 0.3, gaps of 0.05 s are not.
+        (
+            "sinusoid",
+            &["link.impairment.loss_rate=0.3"],
+            &["link.impairment.loss_rate", "session.rejoin_after_s"],
+        ),
         (
             "single-axis",
             &["session.peer_timeout_s=0.01", "link.impairment.loss_rate=0.5"],
             &["link.impairment.loss_rate", "session.peer_timeout_s"],
         ),
         // Between two samples a peer is silent by itself.
-        ("single-axis", &["session.peer_timeout_s=0.1", "rates.network_hz=8"], &["session.peer_timeout_s"]),
+        (
+            "single-axis",
+            &["session.peer_timeout_s=0.1", "rates.network_hz=8"],
+            &["session.peer_timeout_s", "session.rejoin_after_s"],
+        ),
         (
             "single-axis",
             &["link.play_out=on-arrival", "link.impairment.jitter_s=0.03"],
             // Of so slow a link, e^-8 of the packets keep all others waiting for a quarter of a second.
-            &["link.impairment.jitter_s", "session.peer_timeout_s"],
+            &["link.impairment.jitter_s", "session.peer_timeout_s", "session.rejoin_after_s"],
         ),
         ("single-axis", &["link.impairment.jitter_s=0.003"], &["link.impairment.jitter_s"]),
         // Buffered for 7.8 ms, of which 0.1 ms is used in the mean: e^-78 come late.

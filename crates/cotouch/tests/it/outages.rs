@@ -23,6 +23,9 @@ const BROUGHT_TOGETHER: f64 = 0.02;
 /// Where hosts let go of each other, when exactly depends on when pings are due.
 const LET_GO: f64 = 0.1;
 
+/// Small pushes would stick on a ground with friction.
+const SMOOTH: [&str; 2] = ["ground.friction_coefficient=0", "ground.rotational_friction_coefficient=0"];
+
 /// A user whose fingers also push constantly from a tick on.
 #[derive(Clone)]
 struct Pushing {
@@ -151,7 +154,7 @@ impl Made<'_> {
         let network_s = self.scene.rates.network_hz.period_s();
         let lasts_s = network_s * f64::from(self.outage.lost_steps);
         let ends = self.scene.rates.control_hz.ticks_in(lasts_s) as usize;
-        let end_s = lasts_s + self.outage.whole_again_after_s + 2.0;
+        let end_s = lasts_s + (self.outage.whole_again_after_s + 2.0).max(self.outage.worst.after_s + 0.5);
         let (pushed, alone) = (self.run(SHARE, end_s), self.run(0.0, end_s));
         let added = |with: &[DVec3], without: &[DVec3]| {
             let sizes = with.iter().zip(without).map(|(with, without)| (*with - *without).length());
@@ -250,17 +253,20 @@ fn stay_after(script: &mut Vec<Action>, actions: usize) {
 
 #[test]
 fn two_users_who_hold_a_box() {
-    let smooth = ["ground.friction_coefficient=0", "ground.rotational_friction_coefficient=0"];
-    let scene = edited(&built_in("grasp", &smooth), |scene| staying(scene, 2));
-    compare(&scene, 7.0, &[0.05, 0.2], false);
+    for rejoin in [AT_ONCE, "session.rejoin_s=1.5"] {
+        let scene = edited(&built_in("grasp", &[SMOOTH[0], SMOOTH[1], rejoin]), |scene| staying(scene, 2));
+        compare(&scene, 7.0, &[0.05, 0.2], false);
+    }
 }
 
 #[test]
 fn one_user_who_holds_a_box_that_another_hosts_too() {
-    let scene = edited(&built_in("sinusoid", &[]), |scene| {
-        scene.users[0].fingers[0].script = vec![Action::Hold { duration_s: 1000.0 }];
-    });
-    compare(&scene, 6.0, &[0.05, 0.2], false);
+    for (rejoin, durations_s) in [(AT_ONCE, &[0.05, 0.2][..]), ("session.rejoin_s=1.5", &[0.05])] {
+        let scene = edited(&built_in("sinusoid", &[rejoin]), |scene| {
+            scene.users[0].fingers[0].script = vec![Action::Hold { duration_s: 1000.0 }];
+        });
+        compare(&scene, 6.0, durations_s, false);
+    }
 }
 
 #[test]
