@@ -387,10 +387,8 @@ impl SessionHandle {
             // Said whatever became of the haptic thread.
             let endpoint = local.network.leave(reason);
             let Some(HapticHost { station, timing, .. }) = hosts.next() else { continue };
-            let peers = local.host.others(self.scene.session.users);
-            let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.
-            runs.push(HostRun::new(&station, timing, links));
+            runs.push(HostRun::new(&station, timing).with_network(&endpoint));
             // With the station went what the simulation is asked by: its thread ends. A panic was caught and told by itself.
             drop(station);
             let _: Option<thread::Result<()>> = local.soft.map(JoinHandle::join);

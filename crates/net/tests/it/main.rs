@@ -4,4 +4,5 @@ mod allocation;
 mod net;
 mod secure;
 mod session;
+mod trust;
 mod wire;
