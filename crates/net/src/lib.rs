@@ -66,7 +66,7 @@ pub use route::Route;
 pub use scene_fetch::{SceneFetch, SceneFetchError};
 pub use secure::{
     Entropy, MAX_SEALED, PublicKey, Rejections, SealedTransmit, SecureNode, SessionKey, Ticket, TicketError,
-    Unwelcome,
+    Unwelcome, may_be_secured,
 };
 pub use session::{
     Config, ConfigError, Counters, Endpoint, Event, Expelled, PeerInfo, Presence, SendError, StartWhen,

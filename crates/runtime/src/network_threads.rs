@@ -202,6 +202,12 @@ impl NetworkThreads {
         self.shared.transport.rejections()
     }
 
+    /// How many bytes of datagrams the system keeps until they are received, where it says so.
+    #[must_use]
+    pub fn receive_buffer_bytes(&self) -> Option<usize> {
+        self.shared.transport.receive_buffer_bytes()
+    }
+
     /// State packets that the haptic thread was too late to take.
     #[must_use]
     pub fn dropped(&self) -> u64 {

@@ -382,6 +382,8 @@ impl SessionHandle {
         let reason = if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
         let locals = std::mem::take(&mut *self.lock());
         let rejected: Rejections = locals.iter().map(|local| local.network.rejections()).sum();
+        let receive_buffer_bytes =
+            locals.iter().filter_map(|local| local.network.receive_buffer_bytes()).min();
         let mut runs = Vec::new();
         for local in locals {
             // Said whatever became of the haptic thread.
@@ -395,6 +397,7 @@ impl SessionHandle {
         }
         let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
         summary.network.rejected = rejected;
+        summary.network.receive_buffer_bytes = receive_buffer_bytes;
         summary.haptic.stood_still = heartbeat.times();
         summary.recording = self.recording.take().and_then(|recording| recording.finish(&summary, failures));
         summary.failures = failures.all();

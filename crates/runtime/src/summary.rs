@@ -370,6 +370,9 @@ pub struct NetworkSummary {
     /// Datagrams that were rejected before the session saw them, by reason.
     #[serde(default)]
     pub rejected: Rejections,
+    /// How many bytes of datagrams the system keeps until a host receives them; the smallest of all hosts'. `None` in virtual time.
+    #[serde(default)]
+    pub receive_buffer_bytes: Option<usize>,
     /// State packets that were not used because they were older than the peer time-out.
     #[serde(default)]
     pub stale: u64,

@@ -272,6 +272,7 @@ fn network(runs: &[HostRun]) -> NetworkSummary {
         implausible: links().map(|link| link.implausible).sum(),
         // Known to those who have the links: nothing is rejected on simulated ones.
         rejected: Rejections::default(),
+        receive_buffer_bytes: None,
         round_trip_ms: round_trip(links()),
     }
 }

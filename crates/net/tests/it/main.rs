@@ -2,6 +2,7 @@
 
 mod allocation;
 mod net;
+mod plausibility;
 mod secure;
 mod session;
 mod trust;

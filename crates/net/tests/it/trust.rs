@@ -1,7 +1,10 @@
 //! Who is believed to take part, and who may not return: peers that only ping, packets that were held back, hosts that lie.
 
 use crate::net::{MS, Net, S, config};
-use cotouch_net::{Config, DatagramKind, Endpoint, Event, Plausibility, Presence, Refusal, open};
+use cotouch_net::{
+    Config, Control, DatagramKind, Endpoint, Event, Plausibility, Presence, Refusal, Roster, encode_control,
+    open,
+};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
 
@@ -122,6 +125,35 @@ fn who_sends_what_cannot_be_is_expelled_told_and_not_let_in_again() {
     net.nodes[other].samples = false;
     net.run_for(S);
     assert_eq!(net.nodes[other].endpoint.host(), Some(ONE), "{:#?}", net.nodes[other].story());
+}
+
+#[test]
+fn a_time_that_no_session_can_have_is_refused() {
+    for (origin_s, is_refused) in
+        [(5, false), (-3600, false), (120, true), (i64::MIN, true), (i64::MAX, true)]
+    {
+        // A third host is waited for, so that nothing has begun.
+        let mut net = Net::new(config(3, Distributed, 1), GOOD, 1);
+        net.tape = Some(Vec::new());
+        net.join(config(3, Distributed, 2));
+        net.run_for(2 * S);
+        assert!(net.nodes[1].has(|event| *event == Event::ClockReady) && net.nodes[1].started().is_none());
+        let tape = net.tape.take().unwrap();
+        let session = tape.iter().rev().find_map(|(_, _, bytes)| Some(open(bytes).ok()?.0.session)).unwrap();
+        let server_now = net.nodes[0].local(net.now).0;
+        let origin_ns = Some(server_now.saturating_add(origin_s.saturating_mul(S)));
+        let roster = Control::Roster(Roster { revision: 1000, origin_ns, ..Roster::default() });
+        let bytes = encode_control(session, Some(HostIndex::FIRST), &roster).unwrap();
+        let server = net.nodes[0].route;
+        net.inject(1, server, &bytes);
+        net.run_for(MS);
+        assert_eq!(
+            net.nodes[1].has(|event| *event == Event::Refused(Refusal::Time)),
+            is_refused,
+            "{origin_s} s"
+        );
+        assert_eq!(net.nodes[1].started().is_some(), !is_refused, "{origin_s} s");
+    }
 }
 
 #[test]

@@ -1,15 +1,22 @@
-//! Members who lie, in virtual time: each sends, in the place of its honest samples and through its own end of the session, what cannot
-//! be. What another feels of it is held against the same run without the lie.
+//! Members who lie: each sends, in the place of its honest samples and through its own end of the session, what cannot be. What another
+//! feels of it is held, in virtual time, against the same run without the lie; one lies over a real socket.
+
+use std::net::SocketAddr;
+use std::time::Duration;
 
 use cotouch_device::SimulatedUser;
-use cotouch_net::{Entry, StatePacket};
-use cotouch_runtime::VirtualSession;
+use cotouch_net::{Config, Endpoint, Entry, StatePacket};
+use cotouch_runtime::real_time::{realisable, serve};
+use cotouch_runtime::transport::{self, Secured};
+use cotouch_runtime::virtual_run::run as run_scene;
+use cotouch_runtime::{Failures, NetworkThreads, RealTimeOptions, VirtualSession, clock};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Scene;
+use cotouch_testkit::built_in;
 use glam::{DQuat, DVec3};
 
-use cotouch_testkit::built_in;
+use crate::sessions::until;
 
 /// When lying begins, s.
 const FROM_S: f64 = 4.0;
@@ -181,6 +188,20 @@ fn assert_harmless(name: &str, liar: HostIndex, victim: HostIndex, lies: &[(&str
     }
 }
 
+/// Built-in scenes, on good and on bad links: nothing honest is refused.
+#[test]
+fn honest_members_send_nothing_that_cannot_be() {
+    let bad =
+        ["link.impairment.latency_s=0.02", "link.impairment.loss_rate=0.05", "link.impairment.jitter_s=0.01"];
+    for name in cotouch_scene::builtin::names() {
+        for settings in [&[][..], &bad] {
+            let summary = run_scene(&built_in(name, settings), 6.0, None, |_| true).unwrap();
+            assert_eq!((summary.network.implausible, summary.expelled.len()), (0, 0), "{name} {settings:?}");
+            assert_eq!(summary.network.stale, 0, "{name} {settings:?}");
+        }
+    }
+}
+
 #[test]
 fn a_member_that_lies_about_its_hand_or_its_world_is_expelled_and_nobody_feels_it() {
     for name in ["single-axis", "grasp"] {
@@ -212,4 +233,44 @@ fn a_server_that_sends_forces_that_cannot_be_is_let_go_of() {
     for name in ["single-axis-centralized", "grasp-centralized"] {
         assert_harmless(name, HostIndex(0), HostIndex(1), &lies);
     }
+}
+
+/// Over a real socket, with a valid ticket and the protocol's own words.
+#[test]
+fn a_ticket_holder_who_lies_is_expelled_and_the_session_goes_on() {
+    let (scene, _) = realisable(&built_in("single-axis", &[]));
+    let any: SocketAddr = "127.0.0.1:0".parse().unwrap();
+    let session = serve(&scene, any, &RealTimeOptions::default()).unwrap();
+    let ticket = session.ticket().unwrap();
+    let end = Secured::join(transport::connect(ticket.address).unwrap(), ticket, clock::now());
+    end.reach_server(Duration::from_secs(60), &|| true).unwrap();
+    let config = Config::new(session.scene(), cotouch_scene::scene_hash(session.scene()), 7).unwrap();
+    let endpoint =
+        Endpoint::join(Config { routes_are_proven: true, ..config }, ticket.key.server(), clock::now());
+    let (liar, mut port) = NetworkThreads::start(end, endpoint, "liar", &Failures::default()).unwrap();
+    let mut told = Vec::new();
+    until("the liar is expelled", || {
+        if let Some(clock_map) = port.clock() {
+            let step = scene.rates.network_hz.last_tick_at(clock_map.session(clock::now()));
+            let hand = Entry::Hand { point: 0, pose: Pose::at(DVec3::X * 1e6), twist: Twist::default() };
+            port.leave(None, StatePacket { step, entries: [hand].into_iter().collect() });
+            port.wake_sender();
+        }
+        told.extend(session.take_news());
+        told.iter().any(|news| news.contains("was expelled: it leaves out body 1")).then_some(())
+    });
+    assert!(told.iter().any(|news| news.contains("sends what cannot be")), "{told:?}");
+    let mut heard = Vec::new();
+    until("the liar is told", || {
+        heard.extend(liar.take_news());
+        heard.iter().any(|news| news.contains("has left: expelled")).then_some(())
+    });
+    let ticks = session.snapshot().hosts[0].ticks;
+    until("ticks go on", || (session.snapshot().hosts[0].ticks > ticks + 100).then_some(()));
+    session.stop();
+    let summary = session.finish();
+    assert_eq!(summary.expelled.len(), 1);
+    assert_eq!((summary.expelled[0].user.as_str(), summary.expelled[0].by.as_str()), ("ben", "anna"));
+    assert!(summary.network.implausible >= 26 && summary.stable, "{summary:?}");
+    assert!(summary.network.receive_buffer_bytes.is_some_and(|bytes| bytes > 0));
 }
