@@ -1,7 +1,8 @@
+use cotouch_runtime::scripted_demand;
 use cotouch_scene::scene::Scene;
+use cotouch_scene::{AskedForce, DemandExtent, ScriptedDemand};
 
-use super::demand::demanded_n;
-use super::unmodelled;
+use super::{limits, unmodelled};
 
 fn load(name: &str, set: &[&str]) -> Scene {
     let set: Vec<_> = set.iter().map(|text| text.parse().unwrap()).collect();
@@ -10,11 +11,13 @@ fn load(name: &str, set: &[&str]) -> Scene {
 
 /// Which keys are named as left out.
 fn keys(name: &str, set: &[&str]) -> Vec<String> {
-    let in_brackets = |text: &str| {
-        let (_, rest) = text.rsplit_once('(').unwrap();
-        rest.strip_suffix(')').unwrap().to_owned()
+    let in_brackets = |text: &str| match text.rsplit_once('(') {
+        Some((_, rest)) => rest.strip_suffix(')').unwrap().to_owned(),
+        None => text.to_owned(),
     };
-    unmodelled(&load(name, set)).iter().map(|left_out| in_brackets(&left_out.what)).collect()
+    let scene = load(name, set);
+    let limits = limits(&scene, &scripted_demand(&scene, &|| true));
+    limits.into_iter().chain(unmodelled(&scene)).map(|left_out| in_brackets(&left_out.what)).collect()
 }
 
 #[test]
@@ -29,7 +32,7 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
     let rows: &[(&str, &[&str], &[&str])] = &[
         (
             "single-axis",
-            &["device.kind=phantom", "device.encoder_counts_per_turn=4000", "device.velocity=difference"],
+            &["device.kind=phantom", "device.encoder_counts_per_turn=1000000", "device.velocity=difference"],
             &["device.encoder_counts_per_turn"],
         ),
         ("sinusoid", &["device.encoder_counts_per_turn=1000"], &["device.encoder_counts_per_turn"]),
@@ -50,7 +53,14 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
         (
             "single-axis",
             &["session.peer_timeout_s=0.01", "link.impairment.loss_rate=0.5"],
-            &["link.impairment.loss_rate", "session.peer_timeout_s"],
+            // Half of the packets make hands swing as far as all limits.
+            &[
+                "governor.max_force_n",
+                "governor.max_slew_n_per_s",
+                "Scripts by which the world leaves all bounds at 27.905 s",
+                "link.impairment.loss_rate",
+                "session.peer_timeout_s",
+            ],
         ),
         // Between two samples a peer is silent by itself.
         ("single-axis", &["session.peer_timeout_s=0.1", "rates.network_hz=8"], &["session.peer_timeout_s"]),
@@ -77,51 +87,38 @@ fn what_acts_and_is_in_no_loop_is_named_by_its_key() {
     }
 }
 
-#[test]
-fn what_a_session_asks_for_is_estimated_by_statics() {
-    let near = |found: f64, expected: f64| assert!((found - expected).abs() < 1e-9, "{found} and {expected}");
-    // Twice the other's newton, and twice a pointer's.
-    near(demanded_n(&load("single-axis", &[])), 2.0 * 1.0 + 2.0);
-    // The path's finger feels twice the other's 2 N, and a pointer's newton.
-    near(demanded_n(&load("sinusoid", &[])), 2.0 * 2.0 + 2.0);
-    // Two fingers lift a box of 0.3 kg and its copy, and grip it with 6 N.
-    near(demanded_n(&load("hand-over", &[])), 2.0 * (6.0 + 0.3 * 9.81) + 2.0);
-    // Grip, three other fingers' shares of 2 N, and 38 mm towards a wall by 200 N/m.
-    near(demanded_n(&load("grasp", &[])), 2.0 * (2.0 + 3.0) + 0.038 * 200.0);
-    // Devices' own damper at the largest speed of a path: a sinusoid's, and 15/8·d/T.
-    let damped = |name: &str| {
-        let still = demanded_n(&load(name, &[]));
-        demanded_n(&load(name, &["governor.damping_n_s_per_m=3"])) - still
-    };
-    // 5 cm at 2 rad/s.
-    near(damped("sinusoid"), 3.0 * 0.05 * 2.0);
-    near(damped("single-axis"), 0.0);
-    assert!(damped("hand-over") > 0.0);
+/// What is said of limits where anna's second finger asks for so much.
+fn said(set: &[&str], force_n: f64, change_n: f64, extent: DemandExtent) -> Vec<String> {
+    let asked = |newtons| AskedForce { newtons, user: "anna".to_owned(), finger: 1, at_s: 1.25 };
+    let demand = ScriptedDemand { force: asked(force_n), change: asked(change_n), extent };
+    limits(&load("grasp", set), &demand).iter().map(ToString::to_string).collect()
 }
 
 #[test]
-fn a_path_that_ends_inside_a_fixed_body_presses_as_its_spring_does() {
-    let pressed = |to: &str| {
-        let text = format!(
-            r#"
-space = "space"
-[session]
-users = 2
-[[body]]
-shape = "ball"
-radius_m = 0.05
-fixed = true
-[[user]]
-tracking = {{ stiffness_n_per_m = 1000, damping_n_s_per_m = 10 }}
-script = [{{ do = "reach", to_m = [{to}, 0, 0], duration_s = 60 }}]
-[[user.finger]]
-position_m = [0.2, 0, 0]
-[[user]]
-"#
-        );
-        demanded_n(&cotouch_scene::parse(&text, "test", None, &[]).unwrap())
+fn a_limit_that_one_and_a_half_times_the_found_force_and_a_pointer_reach_is_left_out() {
+    let whole = || DemandExtent::Whole;
+    assert_eq!(said(&[], 12.0, 0.0, whole()), Vec::<String>::new());
+    let [near] = &said(&[], 12.1, 0.0, whole())[..] else { panic!("one limit") };
+    assert!(near.contains("asks for 12.100 N at finger 2 at 1.250 s; 1.5 times that"), "{near}");
+    let [over] = &said(&[], 32.8, 0.0, whole())[..] else { panic!("one limit") };
+    assert!(over.starts_with("The limit of forces at 20 N (governor.max_force_n)"), "{over}");
+    assert!(over.ends_with("anna's script asks for 32.800 N at finger 2 at 1.250 s."), "{over}");
+    let [slew] = &said(&["governor.max_slew_n_per_s=10240"], 3.0, 8.0, whole())[..] else {
+        panic!("one limit")
     };
-    // A finger of 8 mm goes 28 mm deep.
-    assert!((pressed("0.03") - 28.0).abs() < 1e-9, "{}", pressed("0.03"));
-    assert_eq!(pressed("0.06"), 2.0);
+    assert!(
+        slew.contains("(governor.max_slew_n_per_s)") && slew.contains("8.000 N more within one tick"),
+        "{slew}"
+    );
+}
+
+#[test]
+fn what_of_the_scripts_was_not_looked_at_is_left_out() {
+    let [until] = &said(&[], 1.0, 1.0, DemandExtent::Until { at_s: 300.0 })[..] else { panic!("one") };
+    assert!(until.contains("after 300.0 s"), "{until}");
+    let [diverged] = &said(&[], 1.0, 1.0, DemandExtent::Diverged { at_s: 2.5 })[..] else { panic!("one") };
+    assert!(diverged.contains("2.500 s"), "{diverged}");
+    let not_run = DemandExtent::NotRun { why: "nobody came".to_owned() };
+    let [not_run] = &said(&[], 0.0, 0.0, not_run)[..] else { panic!("one") };
+    assert!(not_run.contains("nobody came"), "{not_run}");
 }

@@ -3,6 +3,7 @@
 mod changes;
 mod common;
 mod contact_runs;
+mod demand;
 mod devices;
 mod export;
 mod fuzz_seeds;
