@@ -3,7 +3,7 @@
 
 use arrayvec::ArrayVec;
 use cotouch_scene::geometry::Wrench;
-use cotouch_scene::limits::MAX_BODIES;
+use cotouch_scene::limits::{MAX_BODIES, WORLD_BOUND_M};
 use cotouch_scene::scene::{Body, BodyImpedance, Scene, Space, Wall};
 use cotouch_world::wall::FixedPlane;
 use cotouch_world::{
@@ -13,9 +13,6 @@ use cotouch_world::{
 use glam::DVec3;
 
 use crate::output::TickOutput;
-
-/// A body beyond this distance (m) or speed (m/s) has left the world.
-const WORLD_BOUND: f64 = 1e3;
 
 /// All bodies of the world, in the scene's order.
 #[derive(Clone, Debug)]
@@ -70,7 +67,7 @@ impl Bodies {
         for &index in &self.moving {
             self.models[index].step(&mut states[index], &wrenches[index]);
         }
-        let is_sound = self.moving.iter().all(|&index| states[index].is_within(WORLD_BOUND));
+        let is_sound = self.moving.iter().all(|&index| states[index].is_within(WORLD_BOUND_M));
         if !is_sound {
             states.copy_from_slice(&before);
         }

@@ -29,7 +29,7 @@ impl HostModel {
 
     /// Phase 1 of an instant with network step `step`: what this host tells the others about itself, with one reading a
     /// finger. A server has nothing to tell before it has heard the clients (see [`HostModel::respond`]), nor has a host
-    /// that still waits for the world's present state.
+    /// that still waits for the world's present state. One whose world has diverged says so by a packet without entries.
     ///
     /// No allocation, no lock, bounded work.
     #[must_use]
@@ -38,6 +38,9 @@ impl HostModel {
             return None;
         }
         let mut packet = StatePacket { step, ..StatePacket::default() };
+        if state.diverged {
+            return Some(packet);
+        }
         samples::push_hands(&mut packet, readings);
         if let Some(copies) = &self.copies {
             samples::push_bodies(&mut packet, self.bodies.moving(), &state.bodies);
@@ -84,7 +87,7 @@ impl HostModel {
     }
 
     /// The server's part of phase 2, after its play-out: what the fingers of `client` are to render, where the bodies
-    /// are, and, where there is room, the server's own fingers.
+    /// are, and, where there is room, the server's own fingers; nothing of all that when its world has diverged.
     #[must_use]
     pub fn respond(
         &self,
@@ -97,6 +100,9 @@ impl HostModel {
             return None;
         }
         let mut packet = StatePacket { step, ..StatePacket::default() };
+        if state.diverged {
+            return Some(packet);
+        }
         let tick = self.schedule.tick_of_step(step);
         let soft = self
             .soft

@@ -34,6 +34,10 @@ const AGEING: f64 = 10e-6;
 /// A drift is used once it is known so well.
 const DRIFT_KNOWN: f64 = 20e-6;
 
+/// After the start, an exchange that contradicts all before by more than this is not followed, ns. What clocks that drift more than
+/// [`MAX_DRIFT`] contradict is less.
+const MAX_CONTRADICTION_NS: i64 = 5_000_000;
+
 /// How this host's clock maps to the session's clock: `session = local + offset`, the offset changing linearly.
 ///
 /// A plain value: take it once a tick and use it without asking anyone. It stays continuous and strictly ordered
@@ -170,6 +174,12 @@ struct OffsetSample {
 }
 
 impl OffsetSample {
+    /// In which the offset lies at `now`, ns.
+    fn interval(&self, now: i64) -> (i64, i64) {
+        let half = self.half_width_at(now, MAX_DRIFT);
+        (self.offset_ns.saturating_sub(half), self.offset_ns.saturating_add(half))
+    }
+
     fn half_width_at(&self, now: i64, ageing: f64) -> i64 {
         self.half_width_ns.saturating_add((now.saturating_sub(self.at) as f64 * ageing).ceil() as i64)
     }
@@ -185,14 +195,23 @@ pub(crate) struct ClockFilter {
     exchanges: u32,
     map: Option<ClockMap>,
     steady: bool,
+    /// Whether the newest exchange was not followed.
+    is_contradicted: bool,
 }
 
 impl ClockFilter {
-    /// Takes one exchange; contradictory time stamps are ignored.
-    pub(crate) fn observe(&mut self, exchange: &Exchange) {
-        let Some(sample) = exchange.sample() else { return };
+    /// Takes one exchange; contradictory time stamps are ignored, and so is, once the map is to be steady, an exchange that contradicts those
+    /// before it. By how much it does, ns, where it is the first that is not followed.
+    pub(crate) fn observe(&mut self, exchange: &Exchange) -> Option<i64> {
+        let sample = exchange.sample()?;
         if self.window.last().is_some_and(|last| sample.at < last.at) {
-            return;
+            return None;
+        }
+        let contradiction_ns = self.contradiction_ns(&sample);
+        let is_followed = !self.steady || contradiction_ns <= MAX_CONTRADICTION_NS;
+        let was_contradicted = std::mem::replace(&mut self.is_contradicted, !is_followed);
+        if !is_followed {
+            return (!was_contradicted).then_some(contradiction_ns);
         }
         if self.window.is_full() {
             self.window.remove(0);
@@ -201,6 +220,14 @@ impl ClockFilter {
         self.exchanges = self.exchanges.saturating_add(1);
         self.note_epoch(sample);
         self.update(LocalTime(sample.at));
+        None
+    }
+
+    /// How far the offset by an exchange lies outside of what those of the window allow, ns; 0 within.
+    fn contradiction_ns(&self, sample: &OffsetSample) -> i64 {
+        let (low, high) = self.window_bounds(sample.at);
+        let (first, last) = sample.interval(sample.at);
+        low.saturating_sub(last).max(first.saturating_sub(high)).max(0)
     }
 
     /// The map from local time to the *server's* time, once there was an exchange.
@@ -259,25 +286,24 @@ impl ClockFilter {
 
     /// The interval in which the offset lies at `now`, by all exchanges of the window.
     fn bounds(&mut self, now: i64) -> (i64, i64) {
-        let interval = |sample: &OffsetSample| {
-            let half = sample.half_width_at(now, MAX_DRIFT);
-            (sample.offset_ns.saturating_sub(half), sample.offset_ns.saturating_add(half))
-        };
-        let (low, high) = self
-            .window
-            .iter()
-            .map(interval)
-            .fold((i64::MIN, i64::MAX), |(low, high), (a, b)| (low.max(a), high.min(b)));
+        let (low, high) = self.window_bounds(now);
         if low <= high {
             return (low, high);
         }
-        // The exchanges contradict each other: a clock was set, or a computer slept. Only the newest counts.
+        // The exchanges contradict each other: a clock was set, or a computer slept. Only the newest counts, and as the first.
+        self.exchanges = 1;
         let newest = *self.window.last().expect("called after a push");
         self.window.clear();
         self.window.push(newest);
         self.epochs.clear();
         self.epochs.push(newest);
-        interval(&newest)
+        newest.interval(now)
+    }
+
+    /// What all exchanges of the window say together; the lower bound is above the upper one where they contradict each other.
+    fn window_bounds(&self, now: i64) -> (i64, i64) {
+        let intervals = self.window.iter().map(|sample| sample.interval(now));
+        intervals.fold((i64::MIN, i64::MAX), |(low, high), (a, b)| (low.max(a), high.min(b)))
     }
 
     /// The offset at `now` by the best exchange of the window.
@@ -396,6 +422,31 @@ mod tests {
         assert_eq!(before.session(joint).0, joint.0 + 20_000_000);
         // 20 ms at 500 ppm take 40 s.
         assert_eq!(after.session(joint.plus_ns(40_000_000_000)).0, joint.0 + 40_000_000_000);
+    }
+
+    #[test]
+    fn a_clock_that_jumps_after_the_start_is_not_followed_and_one_that_jumps_before_it_is_not_agreed_upon() {
+        for jump in [50_000_000, -50_000_000, 5_000_000_000, 1 << 62, -(1 << 62)] {
+            let mut filter = ClockFilter::default();
+            for k in 0..10 {
+                assert_eq!(filter.observe(&exchange(k * 125_000_000, 1_000_000, 1_000_000, 77, 0.0)), None);
+            }
+            assert!(filter.is_agreed());
+            let mut early = filter.clone();
+            filter.keep_steady();
+            let lie = |k: i64| exchange(k * 125_000_000, 1_000_000, 1_000_000, 77 + jump, 0.0);
+            let by_ns = filter.observe(&lie(10)).unwrap();
+            assert!((by_ns - jump.abs()).abs() < 5_000_000, "{by_ns} told of {jump}");
+            for k in 11..400 {
+                assert_eq!(filter.observe(&lie(k)), None, "told once");
+            }
+            let later = LocalTime(400 * 125_000_000);
+            let error = filter.map().unwrap().session(later).0 - (later.0 + 77);
+            assert_eq!(error, 0, "after {jump}");
+
+            assert_eq!(early.observe(&lie(10)), None);
+            assert!(!early.is_agreed(), "{jump}");
+        }
     }
 
     #[test]

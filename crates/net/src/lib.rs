@@ -7,6 +7,7 @@
 //!   peer is reached.
 //! - [`ClockMap`]: agreement on one clock. Four time stamps give the offset `θ = ((t2 − t1) + (t3 − t4))/2`, off by at most half
 //!   the round trip `δ = (t4 − t1) − (t3 − t2)`.
+//! - [`Plausibility`]: whether a sample can be what it says, before it is used.
 //! - [`PlayOutBuffer`]: when a sample is used. Scheduled: sample `j` from network step `j + n` on, so that with a latency L the
 //!   data are `max(n, ⌈L/T_t⌉)` periods old.
 //! - [`LinkStatistics`]: losses from sequence gaps; rms jitter `√(Σ(r_i − r̄)²/N)`.
@@ -43,6 +44,7 @@ mod clock;
 mod link;
 mod message;
 mod packet;
+mod plausibility;
 mod play_out;
 mod probe;
 mod route;
@@ -57,15 +59,18 @@ pub use clock::ClockMap;
 pub use link::{LinkCounts, SimulatedLink};
 pub use message::{Control, Join, PeerId, Refusal, Roster, RosterEntry};
 pub use packet::{ChannelVectors, Entry, StatePacket};
+pub use plausibility::{Implausible, Plausibility, What};
 pub use play_out::{PlayOutBuffer, PlayOutCounts};
 pub use probe::{ProbeConfig, ProbeReport, Prober, RateSweep, reflect_probe};
 pub use route::Route;
 pub use scene_fetch::{SceneFetch, SceneFetchError};
 pub use secure::{
     Entropy, MAX_SEALED, PublicKey, Rejections, SealedTransmit, SecureNode, SessionKey, Ticket, TicketError,
-    Unwelcome,
+    Unwelcome, may_be_secured,
 };
-pub use session::{Config, ConfigError, Counters, Endpoint, Event, PeerInfo, Presence, SendError, StartWhen};
+pub use session::{
+    Config, ConfigError, Counters, Endpoint, Event, Expelled, PeerInfo, Presence, SendError, StartWhen,
+};
 pub use statistics::{LinkStatistics, RoundTrip, SequenceCounts};
 pub use text::{MAX_TEXT_BYTES, Text, printable};
 pub use wire::{

@@ -201,4 +201,15 @@ pub enum Refusal {
         "no answer from the server; is `cotouch serve` running there, and does the address have the right port?"
     )]
     NoAnswer,
+    /// The newcomer was let go of for what it sent.
+    #[error("the server has expelled this host: {reason}")]
+    Expelled {
+        /// What it sent.
+        reason: Text,
+    },
+    /// The server's time cannot be (never sent: the newcomer's own conclusion).
+    #[error(
+        "the server says that the session began over a year ago, or begins in over a minute, which cannot be"
+    )]
+    Time,
 }

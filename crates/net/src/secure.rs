@@ -35,7 +35,7 @@ mod replay;
 mod ticket;
 mod token_bucket;
 
-pub use frame::{MAX_SEALED, SealedTransmit};
+pub use frame::{MAX_SEALED, SealedTransmit, may_be_secured};
 pub use key::PublicKey;
 pub use node::{Entropy, SecureNode, Unwelcome};
 pub use rejections::Rejections;

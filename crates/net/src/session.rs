@@ -36,9 +36,11 @@ mod outbox;
 mod peer;
 mod server;
 mod timekeeping;
+mod trust;
 
 pub use config::{Config, ConfigError, StartWhen};
 pub use endpoint::{Endpoint, PeerInfo};
 pub use event::{Event, SendError};
+pub use member::Expelled;
 pub use outbox::Counters;
 pub use peer::Presence;

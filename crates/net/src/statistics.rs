@@ -207,6 +207,10 @@ pub struct LinkStatistics {
     pub sequence: SequenceCounts,
     /// State packets that came too late for their scheduled play-out.
     pub late: u64,
+    /// State packets that were older than the peer time-out when they came, and were not used.
+    pub stale: u64,
+    /// State packets that were not used because they cannot be what they say.
+    pub implausible: u64,
     /// Round trips of pings.
     pub round_trip: RoundTrip,
 }

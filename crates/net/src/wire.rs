@@ -457,6 +457,13 @@ pub fn open(bytes: &[u8]) -> Result<(Header, &[u8]), WireError> {
     Ok((Header { kind, sender, session }, body))
 }
 
+/// Whether it is as long as a datagram, and begins and is sound as one of any version.
+pub(crate) fn may_be_datagram(bytes: &[u8]) -> bool {
+    (HEADER_BYTES..=MAX_DATAGRAM).contains(&bytes.len())
+        && bytes.starts_with(&MAGIC)
+        && bytes[4..CHECKED_FROM] == checksum(bytes).to_le_bytes()
+}
+
 /// Writes the header, whose checksum covers all that already stands behind it. `datagram` holds at least a header.
 pub(crate) fn seal(header: Header, datagram: &mut [u8]) {
     let mut raw = RawHeader {

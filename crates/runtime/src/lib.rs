@@ -96,8 +96,9 @@ pub use snapshot::{FingerSnapshot, HostSnapshot, LinkSnapshot, Snapshot, Surface
 pub use start_error::StartError;
 pub use station::{Punctuality, Station, StationState};
 pub use summary::{
-    DeviceFaultSummary, DivergedSummary, EarlierSession, HapticSummary, LatenessSummary, NetworkSummary,
-    ObjectSummary, PassivitySummary, Percentiles, Predicted, PredictedForDelay, RoundTripSummary,
-    SettingValue, SettingsSummary, ShakingSummary, SoftSummary, Summary, Unproven, UserSummary,
+    DeviceFaultSummary, DivergedSummary, EarlierSession, ExpelledSummary, HapticSummary, LatenessSummary,
+    NetworkSummary, ObjectSummary, PassivitySummary, Percentiles, Predicted, PredictedForDelay,
+    RoundTripSummary, SettingValue, SettingsSummary, ShakingSummary, SoftSummary, Summary, Unproven,
+    UserSummary,
 };
 pub use virtual_time::{VirtualHost, VirtualSession};

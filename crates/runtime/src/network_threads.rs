@@ -115,6 +115,7 @@ struct Protocol {
     joined: bool,
     /// What a person wants to know, in words; the oldest go first when nobody takes them.
     news: VecDeque<String>,
+    failures: Failures,
 }
 
 impl NetworkThreads {
@@ -140,6 +141,7 @@ impl NetworkThreads {
             refusal: None,
             joined: false,
             news: VecDeque::new(),
+            failures: failures.clone(),
         };
         let shared = Arc::new(Shared {
             transport,
@@ -198,6 +200,12 @@ impl NetworkThreads {
     #[must_use]
     pub fn rejections(&self) -> Rejections {
         self.shared.transport.rejections()
+    }
+
+    /// How many bytes of datagrams the system keeps until they are received, where it says so.
+    #[must_use]
+    pub fn receive_buffer_bytes(&self) -> Option<usize> {
+        self.shared.transport.receive_buffer_bytes()
     }
 
     /// State packets that the haptic thread was too late to take.
@@ -350,7 +358,27 @@ impl Protocol {
                 let name = self.name_of(host);
                 self.presence(host, false, format!("{name} is lost: nothing is heard any more"));
             }
-            Event::Refused(reason) => self.refusal = Some(printable(&reason.to_string())),
+            Event::Implausible { host, why } => {
+                let name = self.name_of(host);
+                self.tell(format!("{name} sends what cannot be, which is not used: {why}"));
+            }
+            Event::Expelled { host, reason } => {
+                let name = self.name_of(host);
+                self.presence(host, false, format!("{name} was expelled: {reason}"));
+            }
+            Event::ClockContradicted { by_ns } => {
+                let by_ms = by_ns as f64 * 1e-6;
+                self.tell(format!(
+                    "the server's clock contradicts itself by {by_ms:.1} ms, which is not followed"
+                ));
+            }
+            Event::Refused(reason) => {
+                let reason = printable(&reason.to_string());
+                if self.joined {
+                    self.failures.tell_and_end(format!("the session is lost: {reason}"));
+                }
+                self.refusal = Some(reason);
+            }
             Event::Welcome { name, .. } => {
                 self.joined = true;
                 self.tell(format!("you are {name}"));

@@ -382,21 +382,22 @@ impl SessionHandle {
         let reason = if failures.ends_session() { "it could not go on" } else { "ended on purpose" };
         let locals = std::mem::take(&mut *self.lock());
         let rejected: Rejections = locals.iter().map(|local| local.network.rejections()).sum();
+        let receive_buffer_bytes =
+            locals.iter().filter_map(|local| local.network.receive_buffer_bytes()).min();
         let mut runs = Vec::new();
         for local in locals {
             // Said whatever became of the haptic thread.
             let endpoint = local.network.leave(reason);
             let Some(HapticHost { station, timing, .. }) = hosts.next() else { continue };
-            let peers = local.host.others(self.scene.session.users);
-            let links = peers.filter_map(|peer| endpoint.statistics(peer)).collect();
             // The station holds the recording's writing end: it is dropped here, and the recorder sees the end.
-            runs.push(HostRun::new(&station, timing, links));
+            runs.push(HostRun::new(&station, timing).with_network(&endpoint));
             // With the station went what the simulation is asked by: its thread ends. A panic was caught and told by itself.
             drop(station);
             let _: Option<thread::Result<()>> = local.soft.map(JoinHandle::join);
         }
         let mut summary = summarise(&self.scene, self.elapsed_s(), &runs);
         summary.network.rejected = rejected;
+        summary.network.receive_buffer_bytes = receive_buffer_bytes;
         summary.haptic.stood_still = heartbeat.times();
         summary.recording = self.recording.take().and_then(|recording| recording.finish(&summary, failures));
         summary.failures = failures.all();

@@ -47,6 +47,9 @@ pub struct Summary {
     pub haptic: HapticSummary,
     /// The network, summed over hosts.
     pub network: NetworkSummary,
+    /// Who was let go of for what they sent, or because their world had diverged.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub expelled: Vec<ExpelledSummary>,
     /// What came later than the prediction assumes.
     pub lateness: LatenessSummary,
     /// The slow simulations of a soft object, summed over hosts; none in a scene without one.
@@ -69,6 +72,19 @@ pub struct Summary {
     /// The sessions that this one followed, where settings were changed that need a new session; the first one first.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub earlier: Vec<EarlierSession>,
+}
+
+/// A user whom a host has let go of for the rest of the session.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ExpelledSummary {
+    /// Who was let go of.
+    pub user: String,
+    /// The user of the host that did.
+    pub by: String,
+    /// Why.
+    pub reason: String,
+    /// When, s of session time; `None` before it began.
+    pub at_s: Option<f64>,
 }
 
 /// A session that another one followed.
@@ -122,6 +138,7 @@ impl Summary {
             predictions_left_out: 0,
             haptic: HapticSummary::default(),
             network: NetworkSummary::default(),
+            expelled: Vec::new(),
             lateness: LatenessSummary::default(),
             soft: None,
             objects: Vec::new(),
@@ -353,6 +370,15 @@ pub struct NetworkSummary {
     /// Datagrams that were rejected before the session saw them, by reason.
     #[serde(default)]
     pub rejected: Rejections,
+    /// How many bytes of datagrams the system keeps until a host receives them; the smallest of all hosts'. `None` in virtual time.
+    #[serde(default)]
+    pub receive_buffer_bytes: Option<usize>,
+    /// State packets that were not used because they were older than the peer time-out.
+    #[serde(default)]
+    pub stale: u64,
+    /// State packets that were not used because they cannot be what they say.
+    #[serde(default)]
+    pub implausible: u64,
     /// Round trips of all links together, ms.
     pub round_trip_ms: RoundTripSummary,
 }

@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use cotouch_device::Device;
 use cotouch_host::SlowFrame;
-use cotouch_net::{LinkStatistics, Rejections};
+use cotouch_net::{Endpoint, Expelled, LinkStatistics, Rejections, printable};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Body, Scene};
+use cotouch_scene::time::SessionTime;
 use cotouch_world::BodyState;
 use glam::DVec3;
 use hdrhistogram::Histogram;
@@ -18,8 +19,9 @@ use crate::settings_log::SettingsRun;
 use crate::slow::{SlowCounts, SlowPort};
 use crate::station::Station;
 use crate::summary::{
-    DeviceFaultSummary, DivergedSummary, HapticSummary, LatenessSummary, NetworkSummary, ObjectSummary,
-    PassivitySummary, Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary, SoftSummary, Summary,
+    DeviceFaultSummary, DivergedSummary, ExpelledSummary, HapticSummary, LatenessSummary, NetworkSummary,
+    ObjectSummary, PassivitySummary, Percentiles, RoundTripSummary, SettingsSummary, ShakingSummary,
+    SoftSummary, Summary,
 };
 use crate::timing::Timing;
 
@@ -43,10 +45,11 @@ pub(crate) struct HostRun {
     data_excess_periods: u32,
     timing: Timing,
     links: Vec<LinkStatistics>,
+    expelled: Vec<Expelled>,
 }
 
 impl HostRun {
-    pub(crate) fn new<D: Device>(station: &Station<D>, timing: Timing, links: Vec<LinkStatistics>) -> Self {
+    pub(crate) fn new<D: Device>(station: &Station<D>, timing: Timing) -> Self {
         Self {
             host: station.model.host,
             bodies: station.state.host.bodies.clone(),
@@ -64,8 +67,16 @@ impl HostRun {
             late_packets: station.state.host.peers.iter().map(|peer| peer.samples.counts().late).sum(),
             data_excess_periods: station.data_age().excess_periods(),
             timing,
-            links,
+            links: Vec::new(),
+            expelled: Vec::new(),
         }
+    }
+
+    /// The same with what its end of the session has seen of its peers.
+    pub(crate) fn with_network(mut self, endpoint: &Endpoint) -> Self {
+        self.links = endpoint.peers().filter_map(|peer| endpoint.statistics(peer.host)).collect();
+        self.expelled = endpoint.expelled().to_vec();
+        self
     }
 }
 
@@ -115,6 +126,7 @@ pub(crate) fn summarise(scene: &Scene, duration_s: f64, runs: &[HostRun]) -> Sum
     summary.haptic = haptic(runs);
     summary.network = network(runs);
     summary.lateness = lateness(scene, runs);
+    summary.expelled = expelled(scene, runs);
     summary.soft = soft(runs);
     summary.objects = runs.first().map(|run| objects(scene, run)).unwrap_or_default();
     for run in runs {
@@ -146,6 +158,17 @@ fn diverged(scene: &Scene, runs: &[HostRun]) -> Option<DivergedSummary> {
         finger: finger.map(|finger| finger + 1),
         at_s: scene.rates.control_hz.instant(tick).as_secs_f64(),
     })
+}
+
+/// By whom and in which order they were.
+fn expelled(scene: &Scene, runs: &[HostRun]) -> Vec<ExpelledSummary> {
+    let told = |by: HostIndex, expelled: &Expelled| ExpelledSummary {
+        user: user_name(scene, expelled.host),
+        by: user_name(scene, by),
+        reason: printable(&expelled.reason),
+        at_s: expelled.at.map(SessionTime::as_secs_f64),
+    };
+    runs.iter().flat_map(|run| run.expelled.iter().map(move |expelled| told(run.host, expelled))).collect()
 }
 
 /// User by user, finger by finger.
@@ -245,8 +268,11 @@ fn network(runs: &[HostRun]) -> NetworkSummary {
         sent: links().map(|link| link.sent).sum(),
         received: links().map(|link| link.sequence.received).sum(),
         lost: links().map(|link| link.sequence.lost).sum(),
+        stale: links().map(|link| link.stale).sum(),
+        implausible: links().map(|link| link.implausible).sum(),
         // Known to those who have the links: nothing is rejected on simulated ones.
         rejected: Rejections::default(),
+        receive_buffer_bytes: None,
         round_trip_ms: round_trip(links()),
     }
 }

@@ -126,7 +126,7 @@ fn run_all(
             break;
         }
     }
-    let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(scene, &session));
+    let mut summary = summarise(scene, rate.instant(tick).as_secs_f64(), &runs(&session));
     release(&mut session, tick, tick + rate.ticks_in(LONGEST_RELEASE_S));
     drop(session);
     if let (Some(recorder), Some(path)) = (recorder.and_then(Arc::into_inner), recording) {
@@ -169,12 +169,10 @@ fn release(session: &mut VirtualSession<Box<dyn Device>>, tick: u64, longest: u6
     }
 }
 
-fn runs(scene: &Scene, session: &VirtualSession<Box<dyn Device>>) -> Vec<HostRun> {
+fn runs(session: &VirtualSession<Box<dyn Device>>) -> Vec<HostRun> {
     let run = |host: &crate::virtual_time::VirtualHost<Box<dyn Device>>| {
-        let peers = host.station.model.host.others(scene.session.users);
-        let links = peers.filter_map(|peer| host.endpoint.statistics(peer)).collect();
         let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };
-        HostRun::new(&host.station, timing, links)
+        HostRun::new(&host.station, timing).with_network(&host.endpoint)
     };
     session.hosts().iter().map(run).collect()
 }

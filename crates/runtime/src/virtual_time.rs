@@ -239,7 +239,7 @@ impl<D: Device> VirtualHost<D> {
                 Event::PeerJoined { host, .. } | Event::PeerReturned { host, .. } => {
                     self.station.set_present(host, true);
                 }
-                Event::PeerLeft { host, .. } | Event::PeerLost { host } => {
+                Event::PeerLeft { host, .. } | Event::PeerLost { host } | Event::Expelled { host, .. } => {
                     self.station.set_present(host, false);
                 }
                 Event::Started { at } => {

@@ -13,6 +13,10 @@ pub const MAX_FINGERS: usize = 4;
 /// arrived is to wait no longer than it must.
 pub const MAX_RETRY_S: f64 = 0.125;
 
+/// Hosts of a session send samples to one that they do not hear for so many seconds after they heard it last; afterwards, once they hear
+/// any word of it.
+pub const MAX_SILENCE_S: f64 = 60.0;
+
 /// Most entries of a state packet: a user's fingers and the bodies that move, together.
 pub const MAX_ENTRIES: usize = 10;
 
@@ -27,3 +31,6 @@ pub const MAX_CHANNEL_VECTORS: usize = 2;
 
 /// Most vectors that a coordination scheme remembers for one channel at ticks, and most at network steps.
 pub const MAX_CHANNEL_MEMORY: usize = 4;
+
+/// A body beyond this distance (m) from the origin, or speed (m/s), has left the world.
+pub const WORLD_BOUND_M: f64 = 1e3;

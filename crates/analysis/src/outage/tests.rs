@@ -91,7 +91,7 @@ fn two_masses_that_push_apart_while_samples_are_held() {
     }
 }
 
-/// Nobody draws at them any more: they drift, until they hear each other again.
+/// Nobody draws at them any more: they drift, until samples arrive again.
 #[test]
 fn two_masses_that_let_go_of_each_other_drift() {
     let scene = scene(&["session.peer_timeout_s=0.15", "session.peer_fade_s=0", "governor.max_force_n=5"]);
@@ -99,7 +99,7 @@ fn two_masses_that_let_go_of_each_other_drift() {
     let outage = row(&scene, duration_s, OutageDirection::Both);
     assert!((outage.lets_go_after_s.unwrap() - 0.15).abs() < 1e-3);
     let held = moved((0.0, 0.0), STIFFNESS, 0.15);
-    let apart = moved(held, 0.0, duration_s + MAX_RETRY_S - 0.15);
+    let apart = moved(held, 0.0, duration_s - 0.15);
     let force = largest(apart, 2.0 * STIFFNESS);
     assert!(force > 10.0 * outage.undisturbed_force_n_per_n, "{outage:?}");
     assert_near(outage.peak_force_n_per_n, force);
@@ -135,7 +135,7 @@ fn a_built_in_scene_has_its_rows_and_says_whether_it_drifts() {
     // A single lost packet makes hardly a difference; a long outage makes a large one.
     let peaks: Vec<f64> =
         found.rows.iter().map(|row| row.peak_force_n_per_n / row.undisturbed_force_n_per_n).collect();
-    assert!(peaks[0] < 1.3 && peaks[2] > 4.0, "{peaks:?}");
+    assert!(peaks[0] < 1.3 && peaks[2] > 2.5, "{peaks:?}");
     let tied = with_override(&scene, "hand.stiffness_n_per_m", 200.0).unwrap();
     let tied = outages(&tied, &[0.6], &|_| true).unwrap();
     assert!(

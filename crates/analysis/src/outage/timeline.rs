@@ -1,14 +1,14 @@
 //! Who hears whom in an outage, tick by tick, as a running session notices it.
 //!
 //! In an outage packets that are sent do not arrive. A receiver goes on with the sample that it holds; after
-//! `session.peer_timeout_s` without a word it takes the sender for gone, lets its coupling to it fade out within
-//! `session.peer_fade_s` and sends it nothing any more. Once hosts hear each other again (they try every [`MAX_RETRY_S`]), the
+//! `session.peer_timeout_s` without a sample it takes the sender for gone, and lets its coupling to it fade out within
+//! `session.peer_fade_s`; it goes on sending to it, for [`MAX_SILENCE_S`]. Once samples arrive again, the
 //! coupling fades in as slowly, from the first sample on that is used after it had faded out. A client of a centralized session that does not
 //! hear its server has its force released by the governor, and back through a soft start.
 
-use cotouch_scene::limits::MAX_RETRY_S;
+use cotouch_scene::limits::{MAX_RETRY_S, MAX_SILENCE_S};
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::scene::{Architecture, SceneValues};
+use cotouch_scene::scene::SceneValues;
 use cotouch_scene::time::Schedule;
 
 use crate::compile::delay;
@@ -127,11 +127,6 @@ impl Timeline {
         let until = gone.map_or(self.ends, |gone| gone.sampled);
         *self.way_mut(to, from) = Way { lost: Some((self.begins, until)), gone };
         let Some(gone) = gone else { return };
-        if silent != Silent::Everybody {
-            // Who takes a host for gone sends it nothing; its pings still tell that it is there.
-            let until = gone.heard + i64::from(!notice.answers_at_once(to, from));
-            self.way_mut(from, to).lost = Some((gone.from, until));
-        }
         self.lets_go = Some(self.lets_go.map_or(gone.from, |first| first.min(gone.from)));
         let soft_start = (gone.from + self.release_ticks.max(1)).max(gone.heard) + self.soft_start_ticks;
         self.is_over = self.is_over.max(gone.rises + self.fade_ticks()).max(soft_start);
@@ -207,14 +202,6 @@ impl Notice<'_> {
         self.scene.impairment(from, to).latency_s
     }
 
-    /// Whether `to` hears `from` before it sends at the same instant: what comes at the very instant of a sample is heard after that
-    /// was taken, but a server answers later.
-    fn answers_at_once(&self, to: HostIndex, from: HostIndex) -> bool {
-        let is_server =
-            self.scene.session.architecture == Architecture::Centralized && to == HostIndex::FIRST;
-        is_server || self.latency_s(to, from) > 0.0
-    }
-
     /// When `to` takes `from` for gone, if it does, and hears it again at the latest.
     fn gone(&self, to: HostIndex, from: HostIndex, silent: Silent, fade_ticks: i64) -> Option<Gone> {
         let LostSteps { first, count } = self.lost;
@@ -225,15 +212,11 @@ impl Notice<'_> {
         }
         let (latency_s, back_s) = (self.latency_s(to, from), self.latency_s(from, to));
         let from_tick = self.tick_at(before_s + latency_s + timeout_s);
-        // One that still hears the other goes on sending. Else the first ping that gets through tells one of both, and its answer
-        // the other; then both send again.
-        let (sends, heard) = match silent {
-            Silent::Only(_) => (self.tick_at(after_s), self.tick_at(after_s + latency_s)),
-            Silent::Everybody => {
-                let both_hear = self.tick_at(after_s + MAX_RETRY_S + latency_s + back_s);
-                (both_hear, both_hear)
-            }
-        };
+        // A host goes on sending to one that it does not hear; after long silence, the first ping that gets through tells one of both,
+        // and its answer the other.
+        let is_long = silent == Silent::Everybody && after_s - before_s >= MAX_SILENCE_S;
+        let retry_s = if is_long { MAX_RETRY_S + back_s } else { 0.0 };
+        let (sends, heard) = (self.tick_at(after_s + retry_s), self.tick_at(after_s + retry_s + latency_s));
         let (transit, faded_out) = (self.tick_at(latency_s), from_tick + fade_ticks - 1);
         let mut step = first + count;
         let sampled = |step| tick_of_step(&self.schedule, step);

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use cotouch_net::Rejections;
 use cotouch_runtime::{
-    DivergedSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
+    DivergedSummary, ExpelledSummary, Percentiles, Predicted, ShakingSummary, SoftSummary, Summary, Unproven,
 };
 
 use super::{lateness, stretches};
@@ -48,6 +48,12 @@ pub(super) fn text(summary: &Summary) -> String {
         row("slow steps", slow_steps(soft));
     }
     row("network", network(summary));
+    if summary.network.implausible > 0 {
+        row("refused", format!("{} packets that cannot be what they say", summary.network.implausible));
+    }
+    if summary.network.stale > 0 {
+        row("too old", format!("{} packets, which were not used", summary.network.stale));
+    }
     if let Some(rejected) = rejected(&summary.network.rejected) {
         row("rejected", rejected);
     }
@@ -77,6 +83,10 @@ pub(super) fn text(summary: &Summary) -> String {
         if let Some(faults) = &user.device_faults {
             row("device", format!("{} failed at {} ticks: {}", user.name, faults.ticks, faults.last));
         }
+    }
+    for ExpelledSummary { user, by, reason, at_s } in &summary.expelled {
+        let when = at_s.map_or_else(String::new, |at_s| format!(" at {at_s:.1} s"));
+        row("expelled", format!("{user} by {by}{when}: {reason}"));
     }
     for failure in summary.all_failures() {
         row("failed", failure.to_owned());

@@ -17,7 +17,7 @@ use zerocopy::little_endian::{U32, U64};
 use zerocopy::{FromBytes, Immutable, IntoBytes, KnownLayout, Unaligned};
 
 use crate::route::Route;
-use crate::wire::{DatagramBytes, DatagramKind, HEADER_BYTES, Header, MAX_DATAGRAM, seal};
+use crate::wire::{DatagramBytes, DatagramKind, HEADER_BYTES, Header, MAX_DATAGRAM, may_be_datagram, seal};
 use cotouch_scene::names::HostIndex;
 
 use super::noise::{FIRST_MESSAGE_BYTES, SECOND_MESSAGE_BYTES, STAMP_BYTES, TAG_BYTES, TicketKeys};
@@ -99,6 +99,13 @@ impl<'a> Sealed<'a> {
             ciphertext,
         })
     }
+}
+
+/// Whether the first bytes and the length are those of a datagram that [`SecureNode::open`](super::SecureNode::open) knows, or of another
+/// version of this protocol.
+#[must_use]
+pub fn may_be_secured(bytes: &[u8]) -> bool {
+    Sealed::parse(bytes).is_some() || may_be_datagram(bytes)
 }
 
 /// Writes the head of a sealed datagram, and returns where the ciphertext goes.

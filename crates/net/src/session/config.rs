@@ -5,10 +5,16 @@ use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, PlayOut, Scene};
 use cotouch_scene::time::{Rate, SessionTime};
 
+use crate::plausibility::Plausibility;
 use crate::text::MAX_TEXT_BYTES;
 
 /// One millisecond in nanoseconds.
 pub(super) const MILLISECOND: i64 = 1_000_000;
+
+/// A host is expelled when all that it sends in so long cannot be, s: sooner than a silent one is lost.
+const EXPELLED_AFTER_S: f64 = 0.2;
+/// And not before so many samples.
+const FEWEST_IMPLAUSIBLE: f64 = 8.0;
 
 /// When tick 0 is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,6 +46,8 @@ pub struct Config {
     pub play_out_periods: Vec<u32>,
     /// A peer that is silent for so long is lost, ns.
     pub peer_timeout_ns: i64,
+    /// What samples can be; `None` believes whatever can be read.
+    pub plausibility: Option<Plausibility>,
     /// The user that a newcomer wants to be; `None` for any that is free. The server is always the first.
     pub user: Option<String>,
     /// When tick 0 is (the server decides).
@@ -89,6 +97,7 @@ impl Config {
             play_out: scene.link.play_out,
             play_out_periods: scene.hosts().map(|host| scene.play_out_periods(host)).collect(),
             peer_timeout_ns: (scene.session.peer_timeout_s * 1e9).round() as i64,
+            plausibility: Some(Plausibility::new(scene)),
             user: None,
             start: StartWhen::Hosts(names.len() as u8),
             start_delay_ns: 500 * MILLISECOND,
@@ -102,6 +111,17 @@ impl Config {
     /// The user at `host`; empty when the scene has none.
     pub(super) fn name_of(&self, host: HostIndex) -> String {
         self.names.get(host.index()).cloned().unwrap_or_default()
+    }
+
+    /// A sample is too old to be used after so long, ns: what would have come in time, and the peer time-out.
+    pub(super) fn max_age_ns(&self, from: HostIndex) -> i64 {
+        let periods = self.play_out_periods.get(from.index()).copied().unwrap_or(0);
+        self.peer_timeout_ns.saturating_add(self.network_hz.instant(periods.into()).0)
+    }
+
+    /// So many samples that cannot be, one after another, and their sender is expelled.
+    pub(super) fn max_implausible(&self) -> u32 {
+        (EXPELLED_AFTER_S * self.network_hz.hz()).ceil().max(FEWEST_IMPLAUSIBLE) as u32
     }
 
     /// When the sample of `step` is to be used at the latest; `None` where it is used on arrival.

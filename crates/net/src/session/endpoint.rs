@@ -8,7 +8,7 @@ use rand_pcg::Pcg64Mcg;
 use super::config::Config;
 use super::event::{Event, SendError};
 use super::follower::{self, Follower};
-use super::member::{Member, Membership, PingOutcome};
+use super::member::{Expelled, Member, Membership, PingOutcome};
 use super::outbox::Counters;
 use super::peer::{Peer, Presence};
 use super::server::{self, Server};
@@ -78,7 +78,7 @@ impl Endpoint {
         let counters = &mut self.member.outbox.counters;
         match open(bytes) {
             Ok((header, body)) => match header.kind {
-                DatagramKind::State => self.member.handle_state(now, from, header, body),
+                DatagramKind::State => self.handle_state(now, from, header, body),
                 DatagramKind::Control => match decode_control_body(body) {
                     Ok(control) => self.handle_control(now, from, header, control),
                     Err(_) => counters.malformed += 1,
@@ -191,10 +191,23 @@ impl Endpoint {
         })
     }
 
+    /// Whom this host has let go of for the rest of the session, the first one first.
+    #[must_use]
+    pub fn expelled(&self) -> &[Expelled] {
+        &self.member.expelled
+    }
+
     /// What led to nothing so far.
     #[must_use]
     pub const fn counters(&self) -> Counters {
         self.member.outbox.counters
+    }
+
+    fn handle_state(&mut self, now: LocalTime, from: Route, header: Header, body: &[u8]) {
+        let is_expelled = self.member.handle_state(now, from, header, body);
+        if let (true, Role::Server(server)) = (is_expelled, &mut self.role) {
+            server.change_roster(&mut self.member, now);
+        }
     }
 
     fn handle_control(&mut self, now: LocalTime, from: Route, header: Header, control: Control) {

@@ -5,6 +5,7 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 
 use crate::message::Refusal;
 use crate::packet::StatePacket;
+use crate::plausibility::Implausible;
 
 /// Something that happened in a session.
 #[derive(Clone, Debug, PartialEq)]
@@ -51,6 +52,20 @@ pub enum Event {
         /// The index of the other host.
         host: HostIndex,
     },
+    /// A host has begun to send what cannot be; it is not used, and the last that could stays in use.
+    Implausible {
+        /// The index of the other host.
+        host: HostIndex,
+        /// What cannot be.
+        why: Implausible,
+    },
+    /// This host has let go of another for the rest of the session, because of what that sent.
+    Expelled {
+        /// The index of the other host.
+        host: HostIndex,
+        /// Why.
+        reason: String,
+    },
     /// A lost host is back: after an outage (`restarted` false), or as a new instance under the same name.
     PeerReturned {
         /// The index of the other host.
@@ -60,6 +75,11 @@ pub enum Event {
     },
     /// The clock is agreed upon.
     ClockReady,
+    /// The server's clock has begun to contradict what it said before, which is not followed.
+    ClockContradicted {
+        /// By how much, ns.
+        by_ns: i64,
+    },
     /// Tick 0 is set: ticks begin at session time `at` (0, or later for one who comes later), by [`Endpoint::clock`](super::Endpoint::clock).
     Started {
         /// First instant at which this host takes part.

@@ -176,6 +176,9 @@ fn update_peers(member: &mut Member, now: LocalTime, server: Route, roster: &Ros
 }
 
 fn update_peer(member: &mut Member, now: LocalTime, entry: &RosterEntry, route: Route) {
+    if member.expulsion(route).is_some() {
+        return;
+    }
     let is_known = member.peer_mut(entry.host).is_some_and(|peer| peer.id == entry.id && peer.route == route);
     if !is_known {
         member.replace_peer(now, entry.host, entry.id, route);
@@ -184,7 +187,9 @@ fn update_peer(member: &mut Member, now: LocalTime, entry: &RosterEntry, route: 
 
 /// Takes an exchange with the server.
 pub(super) fn observe_clock(member: &mut Member, now: LocalTime, exchange: &Exchange) {
-    member.time.observe(exchange);
+    if let Some(by_ns) = member.time.observe(exchange) {
+        member.outbox.tell(Event::ClockContradicted { by_ns });
+    }
     announce_clock_and_start(member, now);
 }
 
@@ -192,6 +197,9 @@ pub(super) fn observe_clock(member: &mut Member, now: LocalTime, exchange: &Exch
 fn announce_clock_and_start(member: &mut Member, now: LocalTime) {
     if !member.time.is_agreed() {
         return;
+    }
+    if !member.time.has_started() && !member.time.start_can_be(now) {
+        return member.close_refused(Refusal::Time);
     }
     if member.time.become_ready() {
         member.outbox.tell(Event::ClockReady);

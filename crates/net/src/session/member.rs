@@ -1,18 +1,21 @@
 //! What every host of a session does: it knows its peers, exchanges states and pings with them, notices their silence, and
 //! says good-bye.
 
+use arrayvec::ArrayVec;
 use cotouch_scene::names::HostIndex;
-use cotouch_scene::time::LocalTime;
+use cotouch_scene::time::{LocalTime, SessionTime};
 
 use super::config::Config;
 use super::event::{Event, SendError};
 use super::outbox::Outbox;
-use super::peer::{PING_PERIOD_NS, Peer, Presence};
+use super::peer::{PING_PERIOD_NS, Peer, Presence, REACHABLE_NS};
 use super::timekeeping::Timekeeping;
+use super::trust::Offence;
 use crate::backoff::Backoff;
 use crate::clock::Exchange;
 use crate::message::{Control, PeerId, Refusal};
 use crate::packet::StatePacket;
+use crate::plausibility::Implausible;
 use crate::route::Route;
 use crate::statistics::ArrivalOrder;
 use crate::text::{self, Text};
@@ -24,6 +27,10 @@ use crate::wire::{
 const LEAVE_ATTEMPTS: u32 = 6;
 /// A sample from further in the future than this is not believed.
 const MAX_AHEAD_NS: i64 = 1_000_000_000;
+/// Most expelled hosts that are remembered.
+const MAX_EXPELLED: usize = 64;
+/// Why a host is let go of that says, by a sample without entries, that it has no world any more.
+const DIVERGED: &str = "its world has diverged";
 
 /// One host as a member of a session, whether it serves or follows.
 #[derive(Clone, Debug)]
@@ -39,6 +46,21 @@ pub(super) struct Member {
     pub(super) peers: Vec<Peer>,
     pub(super) time: Timekeeping,
     pub(super) outbox: Outbox,
+    /// Those who may not return, the latest last.
+    pub(super) expelled: ArrayVec<Expelled, MAX_EXPELLED>,
+}
+
+/// A host that was let go of for the rest of the session.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Expelled {
+    /// By which it was reached: over a network its key, which is let in no more.
+    pub(super) route: Route,
+    /// The index that it had.
+    pub host: HostIndex,
+    /// Why.
+    pub reason: Text,
+    /// When, where the session had begun.
+    pub at: Option<SessionTime>,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -69,6 +91,7 @@ impl Member {
             phase: Membership::Joining,
             time,
             outbox: Outbox::new(),
+            expelled: ArrayVec::new(),
         }
     }
 
@@ -121,7 +144,7 @@ impl Member {
 
     pub(super) fn send_state(&mut self, packet: &StatePacket, to: HostIndex) -> Result<(), SendError> {
         let bytes = self.state_datagram(packet)?;
-        let peer = self.peer_mut(to).filter(|peer| peer.presence == Presence::Present);
+        let peer = self.peer_mut(to).filter(|peer| peer.takes_samples());
         let peer = peer.ok_or(SendError::NotPresent(to))?;
         peer.sent += 1;
         let to = peer.route;
@@ -132,7 +155,7 @@ impl Member {
     pub(super) fn send_state_to_all(&mut self, packet: &StatePacket) -> Result<usize, SendError> {
         let bytes = self.state_datagram(packet)?;
         let mut count = 0;
-        for peer in self.peers.iter_mut().filter(|peer| peer.presence == Presence::Present) {
+        for peer in self.peers.iter_mut().filter(|peer| peer.takes_samples()) {
             peer.sent += 1;
             count += 1;
             self.outbox.send(Transmit { to: peer.route, bytes: bytes.clone() });
@@ -149,38 +172,113 @@ impl Member {
         Ok(bytes)
     }
 
-    pub(super) fn handle_state(&mut self, now: LocalTime, from: Route, header: Header, body: &[u8]) {
+    /// Takes a datagram with a state; whether its sender was expelled for it.
+    pub(super) fn handle_state(&mut self, now: LocalTime, from: Route, header: Header, body: &[u8]) -> bool {
         let counters = &mut self.outbox.counters;
         if header.session != self.session || self.phase != Membership::Active {
             counters.wrong_session += 1;
-            return;
+            return false;
         }
-        let sender = |peer: &&mut Peer| Some(peer.host) == header.sender && peer.route == from;
-        let Some(peer) = self.peers.iter_mut().filter(|peer| peer.presence != Presence::Left).find(sender)
-        else {
+        let is_sender = |peer: &Peer| {
+            Some(peer.host) == header.sender && peer.route == from && peer.presence != Presence::Left
+        };
+        let Some(index) = self.peers.iter().position(is_sender) else {
             counters.unknown_sender += 1;
-            return;
+            return false;
         };
-        let Ok((sample_time, packet)) = decode_state_body(body) else {
-            counters.malformed += 1;
-            return;
-        };
+        match decode_state_body(body) {
+            Ok((sample_time, packet)) => self.take_sample(now, index, sample_time, packet),
+            Err(_) => {
+                counters.malformed += 1;
+                self.refuse_sample(now, index, 0, Implausible::Unreadable)
+            }
+        }
+    }
+
+    /// Takes a sample of the peer at `index`; whether it was expelled for it.
+    fn take_sample(
+        &mut self,
+        now: LocalTime,
+        index: usize,
+        sample_time: SessionTime,
+        packet: StatePacket,
+    ) -> bool {
         let session_now = self.time.session(now);
         let too_early = session_now.is_some_and(|now| sample_time.since(now) > MAX_AHEAD_NS);
         if sample_time != self.config.network_hz.instant(packet.step) || too_early {
-            counters.unexpected += 1;
-            return;
+            self.outbox.counters.unexpected += 1;
+            return false;
         }
-        let due = self.config.due(peer.host, packet.step);
-        let is_late = due.zip(session_now).is_some_and(|(due, now)| now > due);
-        let is_duplicate = peer.sequence.arrive(packet.step) == ArrivalOrder::Duplicate;
-        counters.duplicates += u64::from(is_duplicate);
-        peer.late += u64::from(is_late && !is_duplicate);
-        let from = peer.host;
-        self.note_heard(now, from);
-        if !is_duplicate {
-            self.outbox.tell(Event::State { from, packet, received: now });
+        let peer = &mut self.peers[index];
+        let host = peer.host;
+        if peer.sequence.arrive(packet.step) == ArrivalOrder::Duplicate {
+            self.outbox.counters.duplicates += 1;
+            return false;
         }
+        let due = self.config.due(host, packet.step);
+        peer.late += u64::from(due.zip(session_now).is_some_and(|(due, now)| now > due));
+        let max_age_ns = self.config.max_age_ns(host);
+        if session_now.is_some_and(|now| now.since(sample_time) > max_age_ns) {
+            peer.stale += 1;
+            return false;
+        }
+        if packet.entries.is_empty() {
+            self.expel(now, host, DIVERGED);
+            return true;
+        }
+        let own = self.host.unwrap_or(HostIndex::FIRST);
+        let plausibility = self.config.plausibility.as_ref();
+        let can_be = plausibility
+            .map_or(Ok(()), |can| can.check(host, own, peer.trust.reference(packet.step), &packet));
+        if let Err(why) = can_be {
+            return self.refuse_sample(now, index, packet.step, why);
+        }
+        if !peer.trust.believe(&packet) {
+            return false;
+        }
+        self.note_sample(now, index);
+        self.outbox.tell(Event::State { from: host, packet, received: now });
+        false
+    }
+
+    /// Leaves out a sample of the peer at `index`, and expels the peer if there are too many like it; whether so.
+    fn refuse_sample(&mut self, now: LocalTime, index: usize, step: u64, why: Implausible) -> bool {
+        let most = self.config.max_implausible();
+        let peer = &mut self.peers[index];
+        peer.implausible += 1;
+        let host = peer.host;
+        let offence = peer.trust.refuse(step, why.may_be_accident(), most);
+        match offence {
+            Offence::First => self.outbox.tell(Event::Implausible { host, why }),
+            Offence::Again => {}
+            Offence::TooMany => self.expel(now, host, &why.to_string()),
+        }
+        offence == Offence::TooMany
+    }
+
+    /// Lets go of a peer for the rest of the session, and says so to it and to the caller.
+    fn expel(&mut self, now: LocalTime, host: HostIndex, why: &str) {
+        let at = self.time.session(now);
+        let Some(peer) = self.peer_mut(host) else { return };
+        peer.presence = Presence::Left;
+        let route = peer.route;
+        let reason = text::shortened(why);
+        if self.expelled.is_full() {
+            self.expelled.remove(0);
+        }
+        self.expelled.push(Expelled { route, host, reason, at });
+        self.tell_expelled(route, reason);
+        self.outbox.tell(Event::Expelled { host, reason: why.to_owned() });
+    }
+
+    /// Why the host that is reached by `route` was expelled, if it was.
+    pub(super) fn expulsion(&self, route: Route) -> Option<Text> {
+        self.expelled.iter().find(|expelled| expelled.route == route).map(|expelled| expelled.reason)
+    }
+
+    fn tell_expelled(&mut self, route: Route, reason: Text) {
+        let reason = text::shortened(&format!("expelled: {reason}"));
+        self.send(route, &Control::Leave { id: self.id, reason });
     }
 
     pub(super) fn handle_ping(
@@ -193,6 +291,11 @@ impl Member {
         ready: bool,
     ) -> PingOutcome {
         if self.phase != Membership::Active {
+            return PingOutcome::Ignored;
+        }
+        if let Some(reason) = self.expulsion(from) {
+            // It did not hear it the first time.
+            self.tell_expelled(from, reason);
             return PingOutcome::Ignored;
         }
         let Some(peer) = self.peer_mut(sender) else {
@@ -237,15 +340,33 @@ impl Member {
         true
     }
 
-    /// Something came from a peer: it is there.
+    /// Something came from a peer: it is there, unless it has sent samples before, of which one must come then.
     pub(super) fn note_heard(&mut self, now: LocalTime, host: HostIndex) {
-        let Some(peer) = self.peers.iter_mut().find(|peer| peer.host == host) else { return };
+        let Some(index) = self.peers.iter().position(|peer| peer.host == host) else { return };
+        let peer = &mut self.peers[index];
         peer.last_heard = peer.last_heard.max(now);
+        peer.is_reachable = true;
+        if peer.last_sample.is_none() {
+            self.note_present(now, index);
+        }
+    }
+
+    /// A sample that can be used came from the peer at `index`: it is there.
+    fn note_sample(&mut self, now: LocalTime, index: usize) {
+        let peer = &mut self.peers[index];
+        peer.last_sample = peer.last_sample.max(Some(now));
+        self.note_heard(now, self.peers[index].host);
+        self.note_present(now, index);
+    }
+
+    fn note_present(&mut self, now: LocalTime, index: usize) {
+        let peer = &mut self.peers[index];
         if peer.presence == Presence::Present || peer.presence == Presence::Left {
             return;
         }
         peer.presence = Presence::Present;
         peer.next_ping = now;
+        let host = peer.host;
         let restarted = std::mem::take(&mut peer.restarted);
         self.outbox.tell(match std::mem::replace(&mut peer.introduced, true) {
             false => Event::PeerJoined { host, name: self.config.name_of(host) },
@@ -254,14 +375,16 @@ impl Member {
     }
 
     pub(super) fn lose_silent_peers(&mut self, now: LocalTime) {
-        let is_silent = |peer: &&mut Peer| {
-            peer.presence == Presence::Present && now.since(peer.last_heard) >= self.config.peer_timeout_ns
-        };
-        for peer in self.peers.iter_mut().filter(is_silent) {
-            peer.presence = Presence::Lost;
-            peer.ready = false;
-            peer.unanswered = 0;
-            self.outbox.tell(Event::PeerLost { host: peer.host });
+        let (timeout_ns, most) = (self.config.peer_timeout_ns, self.config.max_implausible());
+        for peer in &mut self.peers {
+            peer.is_reachable &= now.since(peer.last_heard) < REACHABLE_NS;
+            if peer.presence == Presence::Present && now.since(peer.last_sign()) >= timeout_ns {
+                peer.presence = Presence::Lost;
+                peer.ready = false;
+                peer.unanswered = 0;
+                peer.trust.forget(most);
+                self.outbox.tell(Event::PeerLost { host: peer.host });
+            }
         }
     }
 

@@ -1,11 +1,12 @@
 //! What an endpoint remembers of another.
 
 use arrayvec::ArrayVec;
-use cotouch_scene::limits::MAX_RETRY_S;
+use cotouch_scene::limits::{MAX_RETRY_S, MAX_SILENCE_S};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::time::LocalTime;
 
 use super::config::MILLISECOND;
+use super::trust::Trust;
 use crate::backoff::Backoff;
 use crate::message::PeerId;
 use crate::route::Route;
@@ -15,6 +16,8 @@ use crate::statistics::{LinkStatistics, RoundTripMeter, SequenceTracker};
 pub(super) const PING_PERIOD_NS: i64 = (MAX_RETRY_S * 1e9) as i64;
 /// Between pings while the clock is not agreed upon.
 const BURST_PERIOD_NS: i64 = 20 * MILLISECOND;
+/// A lost peer is sent samples for so long after it was heard.
+pub(super) const REACHABLE_NS: i64 = (MAX_SILENCE_S * 1e9) as i64;
 /// Pings that may wait for their answers: 2.5 s of round trip in a burst, and more afterwards.
 const OPEN_PINGS: usize = 128;
 /// Unanswered pings after which a burst gives way to pauses.
@@ -25,11 +28,11 @@ const MAX_BURST: u32 = 100;
 pub enum Presence {
     /// Announced by the server, not heard yet.
     Expected,
-    /// Heard within the time-out.
+    /// A sample came within the time-out, or any word from one that has sent none yet.
     Present,
-    /// Silent for longer than the time-out.
+    /// It has sent no sample that could be used for longer than the time-out.
     Lost,
-    /// It has said good-bye.
+    /// It has said good-bye, or was expelled.
     Left,
 }
 
@@ -44,7 +47,13 @@ pub(super) struct Peer {
     pub(super) introduced: bool,
     /// Whether it is a new life of the peer of which the caller was not told yet.
     pub(super) restarted: bool,
+    /// Anything at all.
     pub(super) last_heard: LocalTime,
+    /// A sample of this life that was young enough and could be.
+    pub(super) last_sample: Option<LocalTime>,
+    /// Whether anything was heard within [`REACHABLE_NS`], so that it is worth sending to.
+    pub(super) is_reachable: bool,
+    pub(super) trust: Trust,
     pub(super) next_ping: LocalTime,
     pub(super) unanswered: u32,
     open_pings: ArrayVec<LocalTime, OPEN_PINGS>,
@@ -57,6 +66,8 @@ pub(super) struct Peer {
     pub(super) contender: Option<(PeerId, LocalTime)>,
     pub(super) sent: u64,
     pub(super) late: u64,
+    pub(super) stale: u64,
+    pub(super) implausible: u64,
     pub(super) sequence: SequenceTracker,
     pub(super) round_trip: RoundTripMeter,
 }
@@ -71,6 +82,9 @@ impl Peer {
             introduced: false,
             restarted: false,
             last_heard: now,
+            last_sample: None,
+            is_reachable: false,
+            trust: Trust::default(),
             next_ping: now,
             unanswered: 0,
             open_pings: ArrayVec::new(),
@@ -80,6 +94,8 @@ impl Peer {
             contender: None,
             sent: 0,
             late: 0,
+            stale: 0,
+            implausible: 0,
             sequence: SequenceTracker::default(),
             round_trip: RoundTripMeter::default(),
         }
@@ -94,6 +110,9 @@ impl Peer {
         self.id = id;
         self.route = route;
         self.last_heard = now;
+        self.last_sample = None;
+        self.is_reachable = false;
+        self.trust = Trust::default();
         self.next_ping = now;
         self.unanswered = 0;
         self.open_pings.clear();
@@ -104,12 +123,31 @@ impl Peer {
         self.sequence.restart();
     }
 
+    /// When it last showed that it takes part: by a sample, or by any word as long as it has never sent one.
+    pub(super) fn last_sign(&self) -> LocalTime {
+        self.last_sample.unwrap_or(self.last_heard)
+    }
+
+    /// Whether samples are sent to it: also to one that is lost, which may well hear this host, and returns by the first sample
+    /// that gets through; after long silence, only once it speaks.
+    pub(super) fn takes_samples(&self) -> bool {
+        match self.presence {
+            Presence::Present => true,
+            Presence::Lost => self.is_reachable,
+            Presence::Expected | Presence::Left => false,
+        }
+    }
+
     /// When something about it is to be done next.
     pub(super) fn due(&self, timeout_ns: i64, tells_roster: bool) -> Option<LocalTime> {
         if self.presence == Presence::Left {
             return None;
         }
-        let silence = (self.presence == Presence::Present).then(|| self.last_heard.plus_ns(timeout_ns));
+        let silence = match self.presence {
+            Presence::Present => Some(self.last_sign().plus_ns(timeout_ns)),
+            Presence::Lost if self.is_reachable => Some(self.last_heard.plus_ns(REACHABLE_NS)),
+            _ => None,
+        };
         let roster = (tells_roster && !self.roster_known && self.presence == Presence::Present)
             .then(|| self.roster.due());
         [Some(self.next_ping), silence, roster].into_iter().flatten().min()
@@ -143,6 +181,8 @@ impl Peer {
             sent: self.sent,
             sequence: self.sequence.counts(),
             late: self.late,
+            stale: self.stale,
+            implausible: self.implausible,
             round_trip: self.round_trip.summary(),
         }
     }

@@ -42,6 +42,9 @@ impl Server {
         if let Some(refusal) = admission::objection(member, join) {
             return refuse(member, newcomer, from, refusal);
         }
+        if let Some(reason) = member.expulsion(from) {
+            return refuse(member, newcomer, from, Refusal::Expelled { reason });
+        }
         let cookie = self.cookie(from, newcomer);
         if join.cookie != cookie && !member.config.routes_are_proven {
             return member.send_to_newcomer(newcomer, from, &Control::Challenge { cookie });

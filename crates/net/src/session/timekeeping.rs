@@ -4,6 +4,11 @@ use cotouch_scene::time::{LocalTime, SessionTime};
 
 use crate::clock::{ClockFilter, ClockMap, Exchange};
 
+/// A session that has not begun begins no later than this, ns.
+const MAX_START_DELAY_NS: i64 = 60_000_000_000;
+/// No session lasts longer, ns: a year.
+const MAX_SESSION_NS: i64 = 365 * 86_400_000_000_000;
+
 /// The session's time: the server's clock, counted from tick 0.
 #[derive(Clone, Debug)]
 pub(super) struct Timekeeping {
@@ -54,16 +59,26 @@ impl Timekeeping {
         self.origin_ns
     }
 
-    /// Takes an exchange with the server.
-    pub(super) fn observe(&mut self, exchange: &Exchange) {
-        if let Some(filter) = &mut self.filter {
-            filter.observe(exchange);
-        }
+    /// Takes an exchange with the server; by how much it contradicts those before, ns, where it is the first that is not followed.
+    pub(super) fn observe(&mut self, exchange: &Exchange) -> Option<i64> {
+        self.filter.as_mut()?.observe(exchange)
+    }
+
+    /// Whether the time that the session would start with, if it is known, is one that a session can have.
+    pub(super) fn start_can_be(&self, now: LocalTime) -> bool {
+        let map = self.filter.as_ref().and_then(ClockFilter::map);
+        let session = map.zip(self.origin_ns).map(|(map, origin_ns)| map.with_origin(origin_ns).session(now));
+        session.is_none_or(|session| (-MAX_START_DELAY_NS..=MAX_SESSION_NS).contains(&session.0))
     }
 
     /// The origin is set once; a running session's time never jumps.
     pub(super) fn set_origin(&mut self, origin_ns: Option<i64>) {
         self.origin_ns = self.origin_ns.or(origin_ns);
+    }
+
+    /// Whether the caller knows when tick 0 is.
+    pub(super) const fn has_started(&self) -> bool {
+        self.has_started
     }
 
     /// Whether the clock is agreed upon and nobody was told yet; from now on it is ready.

@@ -51,6 +51,7 @@ fn config(seed: u64) -> Config {
         play_out: PlayOut::Scheduled,
         play_out_periods: vec![1; 2],
         peer_timeout_ns: 1_000_000_000,
+        plausibility: None,
         user: None,
         start: StartWhen::Hosts(2),
         start_delay_ns: 1_000_000,

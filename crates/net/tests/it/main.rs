@@ -2,6 +2,8 @@
 
 mod allocation;
 mod net;
+mod plausibility;
 mod secure;
 mod session;
+mod trust;
 mod wire;

@@ -30,6 +30,7 @@ pub(crate) fn config(users: u8, architecture: Architecture, seed: u64) -> Config
         play_out: PlayOut::Scheduled,
         play_out_periods: vec![1; usize::from(users)],
         peer_timeout_ns: 4 * S,
+        plausibility: None,
         user: None,
         start: StartWhen::Hosts(users),
         start_delay_ns: 500 * MS,

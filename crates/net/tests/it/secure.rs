@@ -6,7 +6,7 @@ use crate::net::{MS, Net, S, config, entropy, packet, route};
 use crate::session::assert_in_phase;
 use cotouch_net::{
     Control, Endpoint, Event, Join, MAX_DATAGRAM, MAX_SEALED, PROTOCOL_VERSION, PeerId, Presence, Rejections,
-    Route, SecureNode, Text, Unwelcome, encode_control, encode_state,
+    Route, SecureNode, Text, Unwelcome, encode_control, encode_state, may_be_secured,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Architecture, Impairment};
@@ -41,6 +41,21 @@ fn all_join_and_start_in_phase_through_keys() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
+    /// What is refused before anything is locked is what would be rejected as foreign all the same.
+    #[test]
+    fn first_bytes_tell_what_a_node_would_reject(
+        mut bytes in proptest::collection::vec(any::<u8>(), 0..1400),
+        magic in proptest::option::of(proptest::sample::select(vec![b"co", b"cs"])),
+    ) {
+        let head = bytes.len().min(2);
+        magic.into_iter().for_each(|magic| bytes[..head].copy_from_slice(&magic[..head]));
+        let mut node = SecureNode::serve(entropy(1));
+        let opened = node.open(LocalTime(0), route("10.0.0.9:1"), &bytes, &mut [0; MAX_SEALED]);
+        prop_assert!(opened.is_none());
+        let foreign = Rejections { foreign: 1, ..Rejections::default() };
+        prop_assert!(may_be_secured(&bytes) || node.rejections() == foreign);
+    }
+
     /// Whatever the link does, within reason, hosts with keys find each other on it.
     #[test]
     fn any_link_will_do_with_keys(
@@ -73,6 +88,7 @@ fn nothing_of_a_session_is_readable_on_the_way() {
     let tape = net.tape.take().unwrap();
     let mut seen = BTreeMap::<Vec<u8>, usize>::new();
     for (_, _, bytes) in &tape {
+        assert!(may_be_secured(bytes));
         assert!(cotouch_net::decode_state(bytes).is_err() && cotouch_net::decode_control(bytes).is_err());
         let text = String::from_utf8_lossy(bytes);
         assert!(!text.contains("farewell") && !text.contains("user2"));

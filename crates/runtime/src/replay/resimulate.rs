@@ -110,7 +110,7 @@ pub fn replay<R: Read>(
 fn run<'a>(scene: &Scene, hosts: impl Iterator<Item = &'a Resimulated>) -> Summary {
     let run = |host: &Resimulated| {
         let timing = Timing { ticks: host.station.state.host.ticks_done, ..Timing::new() };
-        HostRun::new(&host.station, timing, Vec::new())
+        HostRun::new(&host.station, timing)
     };
     let runs: Vec<(u64, HostRun)> =
         hosts.map(|host| (host.station.observer.observed_ticks(), run(host))).collect();

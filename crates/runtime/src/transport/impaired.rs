@@ -57,6 +57,10 @@ impl<T: Transport + ?Sized> Transport for Impaired<T> {
         self.inner.route()
     }
 
+    fn receive_buffer_bytes(&self) -> Option<usize> {
+        self.inner.receive_buffer_bytes()
+    }
+
     fn send(&self, now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
         if let Some(ways) = self.state().ways.as_mut().filter(|ways| !ways.are_clear()) {
             ways.send(now, to, bytes);

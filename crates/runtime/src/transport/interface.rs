@@ -45,6 +45,11 @@ pub trait Transport {
     /// When nothing can be received any more. That a peer is gone is none.
     fn receive(&self, now: LocalTime, buffer: &mut [u8]) -> io::Result<Option<Arrival>>;
 
+    /// How many bytes of datagrams the system keeps for [`receive`](Self::receive), where it says so.
+    fn receive_buffer_bytes(&self) -> Option<usize> {
+        None
+    }
+
     /// Says at which local time the session's time is 0, for a transport that does something at times of the session.
     fn set_session_origin(&self, _origin: LocalTime) {}
 

@@ -1,11 +1,13 @@
 //! Datagrams that are authenticated and encrypted, over another transport.
 
 use std::io;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
 use cotouch_net::{
     Entropy, MAX_DATAGRAM, MAX_SEALED, Rejections, Route, SecureNode, SessionKey, Ticket, Unwelcome,
+    may_be_secured,
 };
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::Impairment;
@@ -40,6 +42,8 @@ pub struct Secured {
     own: Route,
     key: SessionKey,
     inner: Impaired<DynTransport>,
+    /// Datagrams that were rejected by their first bytes.
+    foreign: AtomicU64,
 }
 
 impl Secured {
@@ -63,7 +67,7 @@ impl Secured {
 
     fn new(node: SecureNode, end: Box<DynTransport>) -> Self {
         let (own, key) = (node.route(), node.session_key());
-        Self { node: Mutex::new(node), own, key, inner: Impaired::new(end) }
+        Self { node: Mutex::new(node), own, key, inner: Impaired::new(end), foreign: AtomicU64::new(0) }
     }
 
     /// The key to the session that this end serves or joins.
@@ -116,7 +120,8 @@ impl Secured {
 
     /// What was rejected so far.
     pub fn rejections(&self) -> Rejections {
-        self.node().rejections()
+        let rejections = self.node().rejections();
+        Rejections { foreign: rejections.foreign + self.foreign.load(Ordering::Relaxed), ..rejections }
     }
 
     /// As [`Impaired::impair`].
@@ -142,6 +147,10 @@ impl Transport for Secured {
         Ok(self.own)
     }
 
+    fn receive_buffer_bytes(&self) -> Option<usize> {
+        self.inner.receive_buffer_bytes()
+    }
+
     fn send(&self, now: LocalTime, to: Route, bytes: &[u8]) -> io::Result<()> {
         let mut sealed = [0; MAX_SEALED];
         let mut node = self.node();
@@ -161,6 +170,11 @@ impl Transport for Secured {
         let Some(Arrival { at, from, length }) = self.inner.receive(now, &mut sealed)? else {
             return Ok(None);
         };
+        // Before anything is locked: what strangers send must not hold up those who send and receive.
+        if !may_be_secured(&sealed[..length]) {
+            self.foreign.fetch_add(1, Ordering::Relaxed);
+            return Ok(None);
+        }
         let mut opened = [0; MAX_SEALED];
         let mut node = self.node();
         let said = node.open(at, from, &sealed[..length], &mut opened);

@@ -1,5 +1,6 @@
 //! What `cotouch-runtime` promises from outside, in one program.
 
+mod attacks;
 mod changes;
 mod common;
 mod contact_runs;

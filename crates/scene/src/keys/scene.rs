@@ -80,7 +80,7 @@ pub(crate) static SCENE: &[Key<SceneValues>] = &[
     Key::new("session.coordination", Kind::Choice(Coordination::WORDS), Is("pairwise"), "", "What a copy of the object is coupled to: every other copy, or the average of all; without effect when centralized.", at!(session.coordination)),
     Key::new("session.integrator", Kind::Choice(Integrator::WORDS), Is("exact-hold"), "", "How objects are stepped; hands are always exact.", at!(session.integrator)),
     Key::new("session.seed", Kind::Count { min: 0, max: i64::MAX as u64 }, Is("1"), "", "Seed of everything random: the same scene and seed give the same bytes.", at!(session.seed)),
-    Key::new("session.peer_timeout_s", number(0.01, 60.0), Is("0.25"), "s", "A peer that is silent for so long has left.", at!(session.peer_timeout_s)),
+    Key::new("session.peer_timeout_s", number(0.01, 60.0), Is("0.25"), "s", "A peer of which no sample came for so long has left; older samples are not used.", at!(session.peer_timeout_s)),
     Key::new("session.peer_fade_s", FADE, Is("0.25"), "s", "Time in which the coupling to a peer fades in when it comes and out when it goes; 0 is at once.", at!(session.peer_fade_s)),
 
     Key::new("rates.control_hz", Kind::Rate { min: 1, max: 20_000 }, Is("1024"), "Hz", "Haptic rate, 1/T_c: forces are computed so often.", at!(rates.control_hz)),

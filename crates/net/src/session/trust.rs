@@ -1,0 +1,82 @@
+//! How far a peer's samples are believed.
+
+use crate::packet::StatePacket;
+
+/// A sample that cannot be weighs as much as so many that can: who goes on sending some now and then is expelled too.
+const WEIGHT: u32 = 8;
+/// The same where it may be a finger whose device fell silent and came back somewhere else.
+const WEIGHT_OF_AN_ACCIDENT: u32 = 4;
+
+/// What a sample that cannot be means.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Offence {
+    /// It is the first one since all was well.
+    First,
+    /// There were others lately.
+    Again,
+    /// There were too many.
+    TooMany,
+}
+
+/// What a peer's samples were like so far.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Trust {
+    /// The newest that could be.
+    last: Option<StatePacket>,
+    /// The step of the newest one since then that could not.
+    refused: Option<u64>,
+    /// Whether one since then cannot have been an accident.
+    is_lying: bool,
+    offences: u32,
+    /// So many more must follow from one another before one is used.
+    probation: u32,
+}
+
+impl Trust {
+    /// The newest sample that could be, and from which step on it may have changed by the one of `step`: not while others came in between,
+    /// which could not follow from it.
+    pub(super) fn reference(&self, step: u64) -> Option<(&StatePacket, u64)> {
+        let last = self.last.as_ref()?;
+        let since = self
+            .refused
+            .filter(|refused| *refused < step)
+            .map_or(last.step, |refused| refused.max(last.step));
+        Some((last, since))
+    }
+
+    /// Takes note of a sample that can be; whether it is to be used.
+    pub(super) fn believe(&mut self, packet: &StatePacket) -> bool {
+        self.offences = self.offences.saturating_sub(1);
+        (self.refused, self.is_lying) = (None, false);
+        if self.last.as_ref().is_none_or(|last| last.step < packet.step) {
+            self.last = Some(packet.clone());
+        }
+        let is_used = self.probation == 0;
+        self.probation = self.probation.saturating_sub(1);
+        is_used
+    }
+
+    /// Takes note of one of `step` that cannot; `most` of them in a row are too many, or twice as many if they may be an accident.
+    pub(super) fn refuse(&mut self, step: u64, may_be_accident: bool, most: u32) -> Offence {
+        let is_first = self.offences == 0;
+        let weight = if may_be_accident { WEIGHT_OF_AN_ACCIDENT } else { WEIGHT };
+        self.offences = self.offences.saturating_add(weight);
+        self.refused = self.refused.max(Some(step));
+        self.probation = if self.probation > 0 { most } else { 0 };
+        self.is_lying |= !may_be_accident;
+        match self.offences {
+            offences if offences >= most.saturating_mul(WEIGHT) => Offence::TooMany,
+            _ if is_first => Offence::First,
+            _ => Offence::Again,
+        }
+    }
+
+    /// Its coupling fades out: it may come back somewhere else, if it has not lied. Where that is must be clear from `most` samples
+    /// in a row if some could not be.
+    pub(super) fn forget(&mut self, most: u32) {
+        if !self.is_lying {
+            self.probation = if self.refused.is_some() { most } else { 0 };
+            (self.last, self.refused) = (None, None);
+        }
+    }
+}
