@@ -38,7 +38,7 @@ mod reach;
 mod settled;
 mod statics;
 
-pub(crate) use faces::{has_surface, reach_m};
+pub(crate) use faces::has_surface;
 pub use point::{CornerContact, FingerContact, OperatingPoint};
 pub(crate) use reach::{Arrangement, Copies, Reach};
 pub(crate) use settled::{Grip, Settled, gains, hosts_with_copies};

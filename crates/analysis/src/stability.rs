@@ -1,5 +1,6 @@
 //! Whether a scene is stable, and how nearly.
 
+use cotouch_scene::ScriptedDemand;
 use cotouch_scene::scene::Scene;
 use rayon::prelude::*;
 
@@ -10,21 +11,30 @@ use crate::modes::{contact_modes, contact_points};
 use crate::poles::{analyze_loop, check_size};
 use crate::soft::Bodies;
 use crate::switching::{self, Scaled, Switched, stiffer};
-use crate::unmodelled::unmodelled;
+use crate::unmodelled::{limits, unmodelled};
 use crate::verdict::{AnalysisError, LoopStability, ModeStability, Stability, Switching, Worst};
 use crate::warnings::warnings;
 
 /// Analyses all that the users of a scene can do: every contact of every finger and wall with every copy of a body, by
 /// script, by a device or by a hand taken on the page; and searches what switching between these contacts can do.
 ///
+/// Where every mode is stable, `demand` is asked for the largest forces that the scene's scripts ask of devices: where these may meet
+/// a limit, the loop is not the one that was analysed. `cotouch_runtime::scripted_demand` finds them by running the scripts.
+///
 /// # Errors
 /// When a loop is too large, a soft body cannot be linearised, or the eigenvalue iteration does not converge (never seen).
-pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
+pub fn analyze(
+    scene: &Scene,
+    demand: impl FnOnce(&Scene) -> ScriptedDemand,
+) -> Result<Stability, AnalysisError> {
     if scene.soft.exists() {
         let mut stability = analyze_settled(scene)?;
-        let gap = coverage::of_soft_contact(scene);
-        stability.warnings.extend(gap.iter().map(LeftOut::to_string));
-        stability.left_out.extend(gap);
+        let mut gaps: Vec<LeftOut> = coverage::of_soft_contact(scene).into_iter().collect();
+        if stability.each_mode_is_stable() {
+            gaps.extend(limits(scene, &demand(scene)));
+        }
+        stability.warnings.extend(gaps.iter().map(LeftOut::to_string));
+        stability.left_out.extend(gaps);
         stability.stable =
             whole_verdict(stability.each_mode_is_stable(), stability.switching, &stability.left_out);
         return Ok(stability);
@@ -36,6 +46,9 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
         coverage::cover(scene)?;
     left_out.extend(unmodelled(scene));
     let each_is_stable = covered.iter().all(|mode| mode.stable);
+    if each_is_stable {
+        left_out.extend(limits(scene, &demand(scene)));
+    }
     let mut switched = match each_is_stable {
         true => switching::search(scene, &every_finger, &contact_points(scene), &|| true)?,
         false => Switched::unsearched(Switching::Unproven),
@@ -64,7 +77,7 @@ pub fn analyze(scene: &Scene) -> Result<Stability, AnalysisError> {
 
 /// Analyses the contact modes of the settled grasp alone, those of [`crate::compile()`]: what maps and margins are about, and
 /// a run that goes as its scripts say. Of a scene with a soft body, every mode that there is. Nothing is searched, so that
-/// switching between several modes is unproven.
+/// switching between several modes is unproven, and limits of forces are taken not to act: nobody asks what scripts ask for.
 ///
 /// # Errors
 /// As [`analyze`].

@@ -10,19 +10,23 @@
 //!   take energy, and moment cancellation (`contact.moment_cancellation`) takes a finger's momentum at first contact;
 //! - scripts decide what hands do, and events in them come one after the other: between two of them hands are in the loop.
 
-mod demand;
+mod limits;
 mod link;
 
+use cotouch_scene::ScriptedDemand;
 use cotouch_scene::scene::{DeviceKind, Scene, StiffnessFrom};
 
 use crate::left_out::LeftOut;
-use demand::{demanded_n, motors_render_n};
 
-/// All that acts in a running session and is in no loop, the keys named.
+/// The limits of devices and governors that may act where scripts ask for `demand`, the keys named.
+pub(crate) fn limits(scene: &Scene, demand: &ScriptedDemand) -> Vec<LeftOut> {
+    limits::unmodelled(scene, demand)
+}
+
+/// All else that acts in a running session and is in no loop, the keys named.
 pub(crate) fn unmodelled(scene: &Scene) -> Vec<LeftOut> {
     let mut left_out = Vec::new();
     add_of_device(scene, &mut left_out);
-    add_of_limits(scene, &mut left_out);
     left_out.extend(link::unmodelled(scene));
     if scene.governor.passivity_control {
         left_out.push(LeftOut::new(
@@ -56,31 +60,6 @@ fn add_of_device(scene: &Scene, left_out: &mut Vec<LeftOut>) {
             "it is taken as constant",
         ));
     }
-}
-
-/// Limits of forces, torques and slew, where they may act in the session as scripted.
-fn add_of_limits(scene: &Scene, left_out: &mut Vec<LeftOut>) {
-    let demanded_n = demanded_n(scene);
-    let governor = &scene.governor;
-    let mut add = |what: String, renders_n: f64| {
-        if renders_n < demanded_n {
-            left_out.push(LeftOut::new(
-                what,
-                format!(
-                    "forces are taken as rendered in full, and the session may ask for {demanded_n:.3} N"
-                ),
-            ));
-        }
-    };
-    let force_n = governor.max_force_n;
-    add(format!("The limit of forces at {force_n} N (governor.max_force_n)"), force_n);
-    let step_n = governor.max_slew_n_per_s / scene.rates.control_hz.hz();
-    add(format!("The limit of slew at {step_n:.3} N a tick (governor.max_slew_n_per_s)"), step_n);
-    let motors_n = motors_render_n(scene);
-    add(
-        format!("The limit of torques, which is {motors_n:.3} N somewhere (device.max_joint_torque_n_m)"),
-        motors_n,
-    );
 }
 
 #[cfg(test)]

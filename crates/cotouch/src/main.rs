@@ -18,6 +18,7 @@ mod progress;
 mod session;
 mod tickets;
 mod trace;
+mod whole_verdict;
 
 use std::process::ExitCode;
 

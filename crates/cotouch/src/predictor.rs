@@ -4,14 +4,16 @@ use std::collections::VecDeque;
 use std::sync::{Mutex, PoisonError};
 
 use cotouch_analysis::{
-    AnalysisError, Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze,
-    analyze_settled, margins, stability_map,
+    AnalysisError, Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze_settled,
+    margins, stability_map,
 };
 use cotouch_runtime::clock;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::ShapeKind;
 use cotouch_viewer::{Answer, MapAxes, MapAxis, Predictor, Question};
 use serde_json::{Value, json};
+
+use crate::whole_verdict::whole_verdict;
 
 /// A map of which one point takes longer than this is drawn coarsely first, and never completed point by point, s.
 const SLOW_POINT_S: f64 = 1e-3;
@@ -44,7 +46,7 @@ impl Analyst {
         if !all {
             return self.pool.install(|| first_look(scene)).map(|stability| (stability, false));
         }
-        let stability = self.pool.install(|| analyze(scene))?;
+        let stability = self.pool.install(|| whole_verdict(scene, &|| true))?;
         let mut known = lock();
         known.truncate(MAX_KNOWN - 1);
         known.push_front((scene.clone(), stability.clone()));
@@ -102,9 +104,9 @@ impl Analyst {
     }
 }
 
-/// Whether there is much that users can touch: then the whole verdict is asked for when settings rest.
+/// Whether there is much that users can touch, or a soft body to be run: then the whole verdict is asked for when settings rest.
 fn is_slow(scene: &Scene) -> bool {
-    !scene.soft.exists() && scene.world_bodies().iter().any(|body| body.shape.kind != ShapeKind::Point)
+    scene.soft.exists() || scene.world_bodies().iter().any(|body| body.shape.kind != ShapeKind::Point)
 }
 
 /// The contacts that scripts make alone, which is quick: it may find a scene unstable, but never proves it stable.
@@ -207,7 +209,10 @@ mod tests {
             panic!("{found:?}")
         };
         let scene = cotouch_scene::load("single-axis", &[]).unwrap();
-        assert_eq!(verdict["spectral_radius"], json!(analyze(&scene).unwrap().spectral_radius));
+        assert_eq!(
+            verdict["spectral_radius"],
+            json!(whole_verdict(&scene, &|| true).unwrap().spectral_radius)
+        );
         assert_eq!(*margin, json!(margins(&scene, &[], &|_| true).unwrap()));
         let [x, y] = ["x", "y"].map(|axis| map[axis]["values"].as_array().unwrap().clone());
         assert_eq!((x.len(), y.len()), (20, 20));
@@ -248,7 +253,8 @@ mod tests {
             (verdict["stable"].clone(), verdict["whole"].clone())
         };
         assert_eq!(verdict(false), (json!(null), json!(false)));
-        let of_the_commands = analyze(&cotouch_scene::load("grasp", &[]).unwrap()).unwrap().stable;
+        let of_the_commands =
+            whole_verdict(&cotouch_scene::load("grasp", &[]).unwrap(), &|| true).unwrap().stable;
         assert_eq!(verdict(true), (json!(of_the_commands), json!(true)));
     }
 

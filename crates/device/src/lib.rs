@@ -77,7 +77,7 @@ pub use governor::{Governor, GovernorFault, GovernorInput, GovernorOutput, Gover
 pub use guide::{Guide, Targets};
 pub use guided::{GuidedUser, POINTER_FADE_S, POINTER_REACH_M, POINTER_STOP_S, guided_scene, pointer_spring};
 pub use plant::SecondOrderPlant;
-pub use script::{Drive, Drives, FingerPath, Script, ScriptState, TRANSITION_S, Touch};
+pub use script::{Drive, Drives, FingerPath, PlaceInScript, Script, ScriptState, TRANSITION_S, Touch};
 pub use setup::DeviceSetup;
 pub use still::StillDevice;
 pub use switch::{ForceSwitch, HeldWrenches, SoftwareSwitch, check_finite};

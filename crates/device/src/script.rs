@@ -42,7 +42,7 @@ use glam::DVec3;
 use rand::SeedableRng;
 use rand_pcg::Pcg64;
 
-pub use model::{Drive, Drives, FingerPath, Script, ScriptState, TRANSITION_S, Touch};
+pub use model::{Drive, Drives, FingerPath, PlaceInScript, Script, ScriptState, TRANSITION_S, Touch};
 pub(crate) use side::free_axes;
 
 use self::model::{LOAD_TIME_S, Step};
@@ -155,6 +155,13 @@ impl Script {
     /// Whether there is anything to do.
     pub(crate) fn has_actions(&self) -> bool {
         !self.steps.is_empty()
+    }
+
+    /// Where the script is.
+    pub(crate) fn place(&self, state: &ScriptState) -> PlaceInScript {
+        let repeats = self.repeat && self.has_actions();
+        let is_last = !repeats && state.action + 1 >= self.steps.len();
+        PlaceInScript { action: state.action, began: state.began, repeats, is_last }
     }
 
     /// Which action comes after number `action`.

@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::device::{Device, DeviceLimits, ScriptProgress, WorldView};
 use crate::error::DeviceError;
 use crate::finger::{FingerError, FingerModel, FingerState};
-use crate::script::{Drive, Script, ScriptState, Touch};
+use crate::script::{Drive, PlaceInScript, Script, ScriptState, Touch};
 use crate::switch::{ForceSwitch, SoftwareSwitch, check_finite};
 
 /// Most ticks that a user catches up in one read (a quarter of an hour at 1 kHz).
@@ -212,6 +212,11 @@ impl SimulatedUser {
     #[must_use]
     pub fn state(&self) -> &UserState {
         &self.state
+    }
+
+    /// Where the scripts are: the user's, if a finger follows it, then the own ones of fingers.
+    pub fn places_in_scripts(&self) -> impl Iterator<Item = PlaceInScript> {
+        self.model.scripts.iter().zip(&self.state.scripts).map(|((script, _), state)| script.place(state))
     }
 
     /// The fingers' states now; places are in the scene's world (see [`Device::recentre`]).

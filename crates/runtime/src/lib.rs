@@ -25,6 +25,7 @@ mod change;
 pub mod clock;
 mod control;
 mod data_age;
+mod demand;
 mod device_choice;
 mod exchange;
 mod export;
@@ -68,6 +69,7 @@ mod virtual_time;
 mod watchdog;
 
 pub use change::HostChange;
+pub use demand::scripted_demand;
 pub use device_choice::DeviceChoice;
 pub use exchange::{RECORD_RING_BYTES, RecordConsumer, RecordProducer, RecordSink, record_ring};
 pub use export::{ExportError, export_csv};

@@ -31,12 +31,14 @@
 //! A scene with a soft object ([`scene::Soft`], [`scene::LocalModel`]) has its mesh ([`soft_mesh`]): generated, or from a file.
 //!
 //! Time and rates: tick k happens at k·T_c; network step j at tick ⌈j·T_t/T_c⌉ ([`time::Schedule`]).
-//! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`].
+//! Positions, velocities, forces: [`geometry`]. Names of everything in a session's state: [`names`]. What scripts ask of
+//! devices: [`ScriptedDemand`].
 
 mod access;
 pub mod builtin;
 mod check;
 mod consistency;
+mod demand;
 mod error;
 pub mod geometry;
 mod keys;
@@ -62,6 +64,7 @@ mod value;
 mod write;
 
 pub use access::with_override;
+pub use demand::{AskedForce, DemandExtent, ScriptedDemand};
 pub use error::{Place, Problem, SceneError, SceneErrors};
 pub use mass::MassProperties;
 pub use overrides::{Override, OverrideError};

@@ -1,8 +1,10 @@
 //! The distance to the line, as it is told, holds for every mode that was judged.
 
-use cotouch_analysis::{Switching, analyze};
+use cotouch_analysis::Switching;
 use cotouch_scene::Scene;
 use cotouch_scene::scene::SpringDamper;
+
+use crate::whole::analyze;
 
 /// The scene with contacts that are stiffer by a factor; with dampers too, or not.
 fn stiffer(scene: &Scene, factor: f64, dampers: bool) -> Scene {

@@ -1,13 +1,15 @@
 //! What is said about grasps.
 
 use cotouch_analysis::{
-    ContactMode, OperatingPoint, Stability, along_normal, analyze, analyze_loop, analyze_settled, compile,
+    ContactMode, OperatingPoint, Stability, along_normal, analyze_loop, analyze_settled, compile,
 };
 use cotouch_scene::scene::{Action, Architecture, Scene, Space, VelocityEstimate, WallPlane};
 use cotouch_testkit::scenes::{edited, grasp, spring};
 use glam::DVec3;
 
 use Architecture::{Centralized, Distributed};
+
+use crate::whole::analyze;
 
 fn with_remote_170(mut scene: Scene) -> Scene {
     scene = edited(&scene, |scene| {

@@ -18,5 +18,6 @@ mod soft_transparency;
 mod toppling;
 mod transparency;
 mod unmodelled;
+mod whole;
 mod written_out;
 mod written_out_grasp;

@@ -1,8 +1,10 @@
 //! Figures from the seeds, as exact computation gives them.
 
-use cotouch_analysis::{Switching, analyze, analyze_loop, analyze_settled, compile};
+use cotouch_analysis::{Switching, analyze_loop, analyze_settled, compile};
 use cotouch_scene::scene::{Architecture, SceneValues, WallSides};
 use cotouch_testkit::scenes::{chapter_5, edited, spring, table_6_1, with_ratio};
+
+use crate::whole::analyze;
 
 #[test]
 fn overdone_compensation_drives_the_drag_pole_past_one() {

@@ -1,6 +1,8 @@
 //! A verdict on a session in which something acts that no loop has.
 
-use cotouch_analysis::{Stability, analyze};
+use cotouch_analysis::Stability;
+
+use crate::whole::analyze;
 
 fn verdict(name: &str, set: &[&str]) -> Stability {
     let set: Vec<_> = set.iter().map(|text| text.parse().unwrap()).collect();

@@ -10,6 +10,7 @@ use cotouch_scene::Override;
 use super::prediction;
 use crate::failure::{Failure, Verdict};
 use crate::output::Output;
+use crate::whole_verdict::whole_verdict;
 
 /// Contact modes that people are shown.
 const MAX_MODES: usize = 16;
@@ -24,7 +25,7 @@ pub(super) fn stability(
 ) -> Result<Verdict, Failure> {
     let scene = cotouch_scene::load(name, overrides)?;
     let progress = output.progress("analysing");
-    let stability = cotouch_analysis::analyze(&scene).map_err(anyhow::Error::from)?;
+    let stability = whole_verdict(&scene, &|| true).map_err(anyhow::Error::from)?;
     drop(progress);
     let title = format!("{}: {}", scene.name, prediction::who_and_how(&scene));
     let text = text(&title, &stability);

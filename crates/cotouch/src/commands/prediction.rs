@@ -11,6 +11,7 @@ use cotouch_scene::scene::{Architecture, PlayOut, Rates};
 
 use crate::failure::Failure;
 use crate::progress::Stop;
+use crate::whole_verdict::whole_verdict;
 
 /// What the analysis says; nothing, and a note, where the loop is too large for it. It is left at work when the user wants
 /// the end before it has an answer, which is a failure.
@@ -18,7 +19,7 @@ pub(super) fn analyze_until(scene: &Scene, stop: &Stop) -> Result<Option<Stabili
     let (said, answer) = mpsc::channel();
     let scene = scene.clone();
     // Nobody hears the answer when the user has gone on.
-    thread::spawn(move || drop(said.send(cotouch_analysis::analyze(&scene))));
+    thread::spawn(move || drop(said.send(whole_verdict(&scene, &|| true))));
     let answer = loop {
         match answer.recv_timeout(LOOK_PERIOD) {
             Ok(answer) => break answer,
@@ -53,7 +54,7 @@ fn open(stability: &Stability) -> Option<Unproven> {
 
 /// What is predicted of a scene; nothing, and a note, where nothing can be.
 pub(super) fn predicted_if_possible(scene: &Scene) -> Option<Predicted> {
-    match cotouch_analysis::analyze(scene) {
+    match whole_verdict(scene, &|| true) {
         Ok(stability) => Some(predicted(&stability)),
         Err(error) => {
             tell!("note: no prediction: {error}");

@@ -12,6 +12,7 @@ mod probe;
 mod program;
 mod safety;
 mod scenes;
+mod scripted_limits;
 mod settled_grasp;
 mod soak;
 mod soft_commands;

@@ -71,6 +71,19 @@ pub struct ScriptState {
     pub load_at_begin_n: f64,
 }
 
+/// Where a script is, for who follows it from outside.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PlaceInScript {
+    /// Index of the present action; the number of actions when the script is over.
+    pub action: usize,
+    /// When that action began, session time.
+    pub began: SessionTime,
+    /// Whether the script begins again at its end.
+    pub repeats: bool,
+    /// Whether no action comes after the present one.
+    pub is_last: bool,
+}
+
 /// The path that one finger's target follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FingerPath {

@@ -4,6 +4,7 @@ mod attacks;
 mod changes;
 mod common;
 mod contact_runs;
+mod demand;
 mod devices;
 mod export;
 mod faults;

@@ -6,7 +6,7 @@ use crate::soft::Bodies;
 use crate::soft::closed_body::ClosedBodies;
 use crate::soft::compile::{described, fingers};
 use crate::soft::touched::touched_body;
-use crate::stability::analyze;
+use crate::stability::analyze_settled;
 use crate::verdict::LoopStability;
 
 fn scene(name: &str, settings: &[&str]) -> Scene {
@@ -111,7 +111,7 @@ fn bodies_stay_whole_where_more_than_fingers_tell_counts() {
 #[test]
 fn eight_users_on_an_organ_have_a_verdict() {
     const OF_THE_WHOLE: f64 = 0.796_053_757_372_070_5;
-    let found = analyze(&scene("organ", &["session.users=8"])).unwrap();
+    let found = analyze_settled(&scene("organ", &["session.users=8"])).unwrap();
     assert!(found.each_mode_is_stable() && found.states < 700, "{}", found.states);
     let all = found.modes.iter().find(|mode| mode.contacts.len() == 8).unwrap();
     assert!((all.spectral_radius / OF_THE_WHOLE - 1.0).abs() < 1e-11, "{}", all.spectral_radius);
@@ -127,14 +127,14 @@ fn forces_that_cancel_but_for_rounding_have_the_verdict_of_the_whole() {
             "soft.mesh.stiffness_n_per_m=310".to_owned(),
             format!("local_model.result_delay_periods={delay}"),
         ];
-        analyze(&scene("spring", &settings.each_ref().map(String::as_str))).unwrap().spectral_radius
+        analyze_settled(&scene("spring", &settings.each_ref().map(String::as_str))).unwrap().spectral_radius
     };
     for delay in 0..=4 {
         assert!((radius(delay) - 0.178_614_487_235).abs() < 1e-8, "{delay}: {}", radius(delay));
     }
     for name in ["soft-block", "balloon"] {
         let settings = ["local_model.kind=compliance", "soft.quasi_static=true"];
-        let stability = analyze(&scene(name, &settings)).unwrap();
+        let stability = analyze_settled(&scene(name, &settings)).unwrap();
         assert!(stability.spectral_radius < 0.9, "{name}: {}", stability.spectral_radius);
     }
 }
@@ -143,7 +143,7 @@ fn forces_that_cancel_but_for_rounding_have_the_verdict_of_the_whole() {
 fn a_local_model_without_stiffness_is_a_loop_of_hands_alone() {
     for kind in ["hold", "p", "compliance"] {
         let settings = [format!("local_model.kind={kind}"), "local_model.stiffness_ratio=0".to_owned()];
-        let stability = analyze(&scene("balloon", &settings.each_ref().map(String::as_str))).unwrap();
+        let stability = analyze_settled(&scene("balloon", &settings.each_ref().map(String::as_str))).unwrap();
         assert!(stability.each_mode_is_stable(), "{kind}: {}", stability.spectral_radius);
     }
 }

@@ -5,7 +5,7 @@ mod open_loop;
 use std::fmt::Write as _;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-use cotouch_analysis::{analyze, gain_ratios};
+use cotouch_analysis::{analyze_settled, gain_ratios};
 use cotouch_runtime::virtual_run;
 use cotouch_scene::scene::{LocalModel, LocalModelKind, SoftMeshKind};
 use cotouch_scene::{Override, Scene};
@@ -128,7 +128,7 @@ fn scenes(name: &str, overrides: &[Override]) -> Result<Vec<Scene>, Failure> {
 /// stable keeps the softest.
 fn soften(mut scene: Scene) -> anyhow::Result<Scene> {
     for _ in 0..MAX_HALVINGS {
-        if analyze(&scene)?.each_mode_is_stable() {
+        if analyze_settled(&scene)?.each_mode_is_stable() {
             break;
         }
         let LocalModel { stiffness_ratio, integral_ratio, .. } = scene.local_model;

@@ -4,7 +4,7 @@ use std::fmt;
 
 use cotouch_analysis::{Stability, analyze, analyze_loop, compile};
 use cotouch_device::SimulatedUser;
-use cotouch_runtime::{Observer, RunVerdict, VirtualSession};
+use cotouch_runtime::{Observer, RunVerdict, VirtualSession, scripted_demand};
 use cotouch_scene::scene::Scene;
 use cotouch_testkit::Random;
 use glam::DVec3;
@@ -55,7 +55,8 @@ impl Trial {
     /// Runs of up to `longest_s` show what grows. What is left open is run like what is called stable: it may be either.
     pub(super) fn new(seed: u64, crowd: Crowd, longest_s: f64) -> Self {
         let drawn = Drawn::new(seed, crowd);
-        let stability = analyze(&drawn.scene).unwrap_or_else(|error| panic!("seed {seed}: {error}"));
+        let stability = analyze(&drawn.scene, |scene| scripted_demand(scene, &|| true))
+            .unwrap_or_else(|error| panic!("seed {seed}: {error}"));
         let moved = match stability.stable {
             Some(true) | None => attack(seed, &drawn, &stability, SHORTEST_S, Moved::lasts),
             Some(false) => {
