@@ -238,7 +238,7 @@ mod tests {
         let margins = margins(&scene, &durations, &|_| true).unwrap();
         let text = text("title", &margins);
         assert!(text.contains("No limit of loss in the mean square; but"), "{text}");
-        assert!(text.contains("after 0.6000 s without packets the return pushes with up to"), "{text}");
+        assert!(text.contains("after 1.000 s without packets the return pushes with up to"), "{text}");
         let rows = text.lines().filter(|line| line.contains("both ways") || line.contains("one way"));
         assert_eq!(rows.count(), 10, "{text}");
         assert_eq!(["0.00512", "12.3", "123", "1.23e7"], [0.005_12, 12.34, 123.4, 12_340_000.0].map(figure));
