@@ -59,7 +59,7 @@ pub use clock::ClockMap;
 pub use link::{LinkCounts, SimulatedLink};
 pub use message::{Control, Join, PeerId, Refusal, Roster, RosterEntry};
 pub use packet::{ChannelVectors, Entry, StatePacket};
-pub use plausibility::{Implausible, Plausibility, What};
+pub use plausibility::{Before, Implausible, Plausibility, What};
 pub use play_out::{PlayOutBuffer, PlayOutCounts};
 pub use probe::{ProbeConfig, ProbeReport, Prober, RateSweep, reflect_probe};
 pub use route::Route;

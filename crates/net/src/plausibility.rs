@@ -50,7 +50,7 @@ const DRIVEN_S: f64 = 0.25;
 /// A body, which is lighter than a hand and is also pushed by stiff contacts.
 const BODY: MotionLimits = MotionLimits {
     speed_m_per_s: 100.0,
-    acceleration_m_per_s2: 2000.0,
+    acceleration_m_per_s2: 5000.0,
     spin_rad_per_s: 1000.0,
     spin_acceleration_rad_per_s2: 1e5,
 };
@@ -184,6 +184,27 @@ impl std::fmt::Display for What {
     }
 }
 
+/// What a sender said before, from which a sample is to follow.
+#[derive(Clone, Copy, Debug)]
+pub struct Before<'a> {
+    /// The sample from which fingers follow.
+    pub fingers: &'a StatePacket,
+    /// The network step since which they may have changed.
+    pub fingers_since: u64,
+    /// The sample from which bodies follow.
+    pub bodies: &'a StatePacket,
+    /// The network step since which they may have changed.
+    pub bodies_since: u64,
+}
+
+impl<'a> Before<'a> {
+    /// All follows from one sample.
+    #[must_use]
+    pub const fn sample(last: &'a StatePacket) -> Self {
+        Self { fingers: last, fingers_since: last.step, bodies: last, bodies_since: last.step }
+    }
+}
+
 /// What samples of a scene's hosts can be. A plain value; a check does not allocate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plausibility {
@@ -224,25 +245,28 @@ impl Plausibility {
         }
     }
 
-    /// Whether `packet`, which `from` sent to `to`, can be, `last` being the last one of that sender that could, from which it may have
-    /// changed since a network step.
+    /// Whether `packet`, which `from` sent to `to`, can be, after what that sender said before.
     ///
     /// # Errors
-    /// The first thing that cannot be.
+    /// The first thing that cannot be; fingers that jump come last.
     pub fn check(
         &self,
         from: HostIndex,
         to: HostIndex,
-        last: Option<(&StatePacket, u64)>,
+        before: Option<&Before<'_>>,
         packet: &StatePacket,
     ) -> Result<(), Implausible> {
-        self.check_contents(from, to, last.map(|(last, _)| last), packet)?;
+        self.check_contents(from, to, before.map(|before| before.fingers), packet)?;
         for entry in &packet.entries {
             self.check_bounds(from, entry)?;
         }
-        let Some((last, since)) = last else { return Ok(()) };
-        let apart_s = packet.step.abs_diff(since) as f64 * self.period_s;
-        packet.entries.iter().try_for_each(|entry| self.check_change(entry, last, apart_s))
+        let Some(before) = before else { return Ok(()) };
+        let apart_s = |since: u64| packet.step.abs_diff(since) as f64 * self.period_s;
+        let (bodies_apart_s, fingers_apart_s) = (apart_s(before.bodies_since), apart_s(before.fingers_since));
+        for entry in &packet.entries {
+            check_body(entry, before.bodies, bodies_apart_s)?;
+        }
+        packet.entries.iter().try_for_each(|entry| self.check_finger(entry, before.fingers, fingers_apart_s))
     }
 
     /// Every entry that is to be there is there, once, and no other.
@@ -300,31 +324,27 @@ impl Plausibility {
         }
     }
 
-    /// Whether what an entry says can have come of what `last` said of the same.
-    fn check_change(&self, entry: &Entry, last: &StatePacket, apart_s: f64) -> Result<(), Implausible> {
-        match entry {
-            Entry::Hand { point, pose, twist } => {
-                let before = last.entries.iter().find_map(|entry| match entry {
-                    Entry::Hand { point: other, pose, twist } if other == point => Some((pose, twist)),
-                    _ => None,
-                });
-                before.map_or(Ok(()), |before| {
-                    check_motion(What::Finger(*point), before, (pose, twist), apart_s, &self.hand)
-                })
-            }
-            Entry::Object { object, pose, twist } => {
-                let before = last.entries.iter().find_map(|entry| match entry {
-                    Entry::Object { object: other, pose, twist } if other == object => Some((pose, twist)),
-                    _ => None,
-                });
-                before.map_or(Ok(()), |before| {
-                    check_motion(What::Body(*object), before, (pose, twist), apart_s, &BODY)
-                })
-            }
-            // A force may come at once, as from a wall.
-            Entry::Force { .. } | Entry::Channel { .. } => Ok(()),
-        }
+    /// Whether a finger can have come to where an entry says from where it was.
+    fn check_finger(&self, entry: &Entry, before: &StatePacket, apart_s: f64) -> Result<(), Implausible> {
+        let Entry::Hand { point, pose, twist } = entry else { return Ok(()) };
+        let before = before.entries.iter().find_map(|entry| match entry {
+            Entry::Hand { point: other, pose, twist } if other == point => Some((pose, twist)),
+            _ => None,
+        });
+        before.map_or(Ok(()), |before| {
+            check_motion(What::Finger(*point), before, (pose, twist), apart_s, &self.hand)
+        })
     }
+}
+
+/// Whether a body can have come to where an entry says from where it was.
+fn check_body(entry: &Entry, before: &StatePacket, apart_s: f64) -> Result<(), Implausible> {
+    let Entry::Object { object, pose, twist } = entry else { return Ok(()) };
+    let before = before.entries.iter().find_map(|entry| match entry {
+        Entry::Object { object: other, pose, twist } if other == object => Some((pose, twist)),
+        _ => None,
+    });
+    before.map_or(Ok(()), |before| check_motion(What::Body(*object), before, (pose, twist), apart_s, &BODY))
 }
 
 /// A hand of `scene`, real or simulated.

@@ -190,7 +190,7 @@ impl Member {
             Ok((sample_time, packet)) => self.take_sample(now, index, sample_time, packet),
             Err(_) => {
                 counters.malformed += 1;
-                self.refuse_sample(now, index, 0, Implausible::Unreadable)
+                self.refuse_sample(now, index, None, Implausible::Unreadable)
             }
         }
     }
@@ -227,11 +227,11 @@ impl Member {
             return true;
         }
         let own = self.host.unwrap_or(HostIndex::FIRST);
+        let before = peer.trust.before(packet.step);
         let plausibility = self.config.plausibility.as_ref();
-        let can_be = plausibility
-            .map_or(Ok(()), |can| can.check(host, own, peer.trust.reference(packet.step), &packet));
+        let can_be = plausibility.map_or(Ok(()), |can| can.check(host, own, before.as_ref(), &packet));
         if let Err(why) = can_be {
-            return self.refuse_sample(now, index, packet.step, why);
+            return self.refuse_sample(now, index, Some(&packet), why);
         }
         if !peer.trust.believe(&packet) {
             return false;
@@ -242,12 +242,21 @@ impl Member {
     }
 
     /// Leaves out a sample of the peer at `index`, and expels the peer if there are too many like it; whether so.
-    fn refuse_sample(&mut self, now: LocalTime, index: usize, step: u64, why: Implausible) -> bool {
+    fn refuse_sample(
+        &mut self,
+        now: LocalTime,
+        index: usize,
+        packet: Option<&StatePacket>,
+        why: Implausible,
+    ) -> bool {
         let most = self.config.max_implausible();
         let peer = &mut self.peers[index];
         peer.implausible += 1;
         let host = peer.host;
-        let offence = peer.trust.refuse(step, why.may_be_accident(), most);
+        let offence = match packet {
+            Some(packet) if why.may_be_accident() => peer.trust.excuse(packet, most),
+            packet => peer.trust.refuse(packet.map_or(0, |packet| packet.step), most),
+        };
         match offence {
             Offence::First => self.outbox.tell(Event::Implausible { host, why }),
             Offence::Again => {}

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use cotouch_net::{Entry, Implausible, Plausibility, StatePacket, What};
+use cotouch_net::{Before, Entry, Implausible, Plausibility, StatePacket, What};
 use cotouch_scene::geometry::{Pose, Twist};
 use cotouch_scene::names::HostIndex;
 use cotouch_testkit::built_in;
@@ -47,7 +47,7 @@ proptest! {
         for gap in kept {
             step += gap;
             let next = sample(step, at(step), still());
-            prop_assert_eq!(can_be.check(OTHER, ME, Some((&last, last.step)), &next), Ok(()));
+            prop_assert_eq!(can_be.check(OTHER, ME, Some(&Before::sample(&last)), &next), Ok(()));
             last = next;
         }
     }
@@ -76,7 +76,7 @@ proptest! {
             prop_assert!(x.abs() <= 51.0 && v.abs() <= 60.0 && body_x.abs() <= 1e3);
             prop_assert!(point == 0 && object == 0 && !twice);
         }
-        if can_be.check(OTHER, ME, Some((&last, 0)), &packet).is_ok() {
+        if can_be.check(OTHER, ME, Some(&Before::sample(&last)), &packet).is_ok() {
             let t = step as f64 / 128.0;
             // 0.1 kg and 20 N.
             let acceleration = 500.0 + 2.0 * 200.0;
@@ -89,8 +89,9 @@ proptest! {
 #[test]
 fn a_jump_a_jolt_and_a_turn_are_told_with_what_was_possible() {
     let (can_be, last) = (can_be(), sample(9, still(), still()));
-    let refused =
-        |hand, body| can_be.check(OTHER, ME, Some((&last, 9)), &sample(10, hand, body)).unwrap_err();
+    let refused = |hand, body| {
+        can_be.check(OTHER, ME, Some(&Before::sample(&last)), &sample(10, hand, body)).unwrap_err()
+    };
     let aside = (Pose::at(DVec3::X * 0.1), Twist::default());
     let Implausible::Jump { what: What::Finger(0), found, allowed } = refused(aside, still()) else {
         panic!()

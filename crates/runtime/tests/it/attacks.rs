@@ -8,7 +8,7 @@ use cotouch_device::SimulatedUser;
 use cotouch_net::{Config, Endpoint, Entry, StatePacket};
 use cotouch_runtime::real_time::{realisable, serve};
 use cotouch_runtime::transport::{self, Secured};
-use cotouch_runtime::virtual_run::run as run_scene;
+use cotouch_runtime::virtual_run::{run as run_scene, run_with_devices};
 use cotouch_runtime::{Failures, NetworkThreads, RealTimeOptions, VirtualSession, clock};
 use cotouch_scene::geometry::{Pose, Twist, Wrench};
 use cotouch_scene::names::HostIndex;
@@ -199,6 +199,24 @@ fn honest_members_send_nothing_that_cannot_be() {
             assert_eq!((summary.network.implausible, summary.expelled.len()), (0, 0), "{name} {settings:?}");
             assert_eq!(summary.network.stale, 0, "{name} {settings:?}");
         }
+    }
+}
+
+/// A simulated hand flies while its device fails, and is somewhere else when that comes back: it is faded out and in, and not expelled,
+/// nor is the server that tells others where it keeps its own.
+#[test]
+fn a_device_that_comes_back_is_no_lie() {
+    for (name, device, jumps) in [
+        ("single-axis-centralized", "anna=faulty:fail@2+0.3", true),
+        ("single-axis-centralized", "ben=faulty:fail@2+0.3", true),
+        ("single-axis", "ben=faulty:fail@2+1", true),
+        ("grasp", "ben=faulty:fail@4+0.5", false),
+    ] {
+        let devices = [device.parse().unwrap()];
+        let summary = run_with_devices(&built_in(name, &[]), &devices, |_| (), 8.0, None, |_| true).unwrap();
+        assert_eq!(summary.expelled, [], "{name} {device}");
+        assert!(summary.users_detail.iter().any(|user| user.device_faults.is_some()));
+        assert_eq!(summary.network.implausible > 0, jumps, "{name} {device}");
     }
 }
 
