@@ -45,7 +45,7 @@ pub struct Stability {
     pub switching_distance: Option<f64>,
     /// What an adversary that opens and closes contacts keeps moving.
     pub switching_found: Option<UnsettledMotion>,
-    /// The mode with the largest spectral radius.
+    /// The mode that comes nearest to growing.
     pub worst: Option<Worst>,
     /// What can happen in this scene and was not analysed.
     pub left_out: Vec<LeftOut>,
@@ -61,7 +61,9 @@ impl Stability {
     }
 }
 
-/// The contact mode that is nearest to growing, or grows fastest.
+/// The contact mode that grows fastest; where none does, that with the largest absolute eigenvalue among motions that swing at 1 Hz or
+/// faster: what dies out slowly without swinging says nothing about how near a loop is to shaking. Of [`analyze_settled`](crate::analyze_settled), that with the largest
+/// spectral radius.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct Worst {
     /// The contacts that are closed in it.

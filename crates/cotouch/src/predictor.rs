@@ -1,13 +1,16 @@
 //! What the page's lesson is told: the analysis of the scene as it would run, part by part.
 
 use std::collections::VecDeque;
-use std::sync::{Mutex, PoisonError};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, RecvTimeoutError};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::thread;
 
 use cotouch_analysis::{
     AnalysisError, Evaluator, ModeStability, Stability, StabilityMap, Sweep, SweepError, analyze_settled,
     margins, stability_map,
 };
-use cotouch_runtime::clock;
+use cotouch_runtime::{LOOK_PERIOD, clock};
 use cotouch_scene::Scene;
 use cotouch_scene::scene::ShapeKind;
 use cotouch_viewer::{Answer, MapAxes, MapAxis, Predictor, Question};
@@ -27,37 +30,70 @@ const MAX_KNOWN: usize = 8;
 
 /// Answers by analysing, on one core: the others belong to the session that runs.
 pub(crate) struct Analyst {
-    pool: rayon::ThreadPool,
+    pool: Arc<rayon::ThreadPool>,
     /// Whole verdicts, the newest first.
     known: Mutex<VecDeque<(Scene, Stability)>>,
 }
 
 impl Analyst {
     pub(crate) fn new() -> anyhow::Result<Self> {
-        Ok(Self { pool: rayon::ThreadPoolBuilder::new().num_threads(1).build()?, known: Mutex::default() })
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
+        Ok(Self { pool: Arc::new(pool), known: Mutex::default() })
     }
 
     /// What is known of a scene, and whether that is all: where not all is asked for, it may be the contacts that scripts make.
-    fn look(&self, scene: &Scene, all: bool) -> Result<(Stability, bool), AnalysisError> {
+    /// `None` when nobody wants it any more.
+    fn look(
+        &self,
+        scene: &Scene,
+        all: bool,
+        wanted: &dyn Fn() -> bool,
+    ) -> Option<Result<(Stability, bool), AnalysisError>> {
         let lock = || self.known.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some((_, known)) = lock().iter().find(|(known, _)| known == scene) {
-            return Ok((known.clone(), true));
+            return Some(Ok((known.clone(), true)));
         }
         if !all {
-            return self.pool.install(|| first_look(scene)).map(|stability| (stability, false));
+            return Some(self.pool.install(|| first_look(scene)).map(|stability| (stability, false)));
         }
-        let stability = self.pool.install(|| whole_verdict(scene, &|| true))?;
-        let mut known = lock();
-        known.truncate(MAX_KNOWN - 1);
-        known.push_front((scene.clone(), stability.clone()));
-        Ok((stability, true))
+        let found = self.whole(scene, wanted)?;
+        if let Ok(stability) = &found {
+            let mut known = lock();
+            known.truncate(MAX_KNOWN - 1);
+            known.push_front((scene.clone(), stability.clone()));
+        }
+        Some(found.map(|stability| (stability, true)))
+    }
+
+    /// The whole verdict, which takes seconds. When nobody wants it any more, as at the end of a session, it is left at work, and nobody
+    /// waits for it or hears of it.
+    fn whole(&self, scene: &Scene, wanted: &dyn Fn() -> bool) -> Option<Result<Stability, AnalysisError>> {
+        let (said, answer) = mpsc::channel();
+        let is_left = Arc::new(AtomicBool::new(false));
+        let (scene, pool, left) = (scene.clone(), Arc::clone(&self.pool), Arc::clone(&is_left));
+        thread::spawn(move || {
+            let goes_on = || !left.load(Ordering::Relaxed);
+            // Others that were left may have kept the core busy until now.
+            let find = || goes_on().then(|| whole_verdict(&scene, &goes_on));
+            pool.install(find).map(|found| drop(said.send(found)))
+        });
+        while wanted() {
+            match answer.recv_timeout(LOOK_PERIOD) {
+                Ok(found) => return Some(found),
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => panic!("the analysis failed"),
+            }
+        }
+        is_left.store(true, Ordering::Relaxed);
+        None
     }
 }
 
 impl Predictor for Analyst {
     fn predict(&self, question: &Question, wanted: &(dyn Fn() -> bool + Sync), tell: &mut dyn FnMut(Answer)) {
         let Question { scene, whole, margin, map } = question;
-        tell(match self.look(scene, *whole || !is_slow(scene)) {
+        let Some(found) = self.look(scene, *whole || !is_slow(scene), wanted) else { return };
+        tell(match found {
             // What is unstable in one contact mode stays so, however many more are looked at.
             Ok((stability, is_whole)) => {
                 Answer::Verdict(verdict(&stability, is_whole || stability.stable.is_some()))
@@ -259,6 +295,20 @@ mod tests {
     }
 
     #[test]
+    fn a_verdict_that_nobody_wants_any_more_is_not_waited_for() {
+        let analyst = Analyst::new().unwrap();
+        let scene = cotouch_scene::load("grasp", &[]).unwrap();
+        let question = Question { scene: scene.clone(), whole: true, margin: true, map: axes(4) };
+        let asked = std::sync::atomic::AtomicU32::new(0);
+        let once = || asked.fetch_add(1, Ordering::Relaxed) < 1;
+        analyst.predict(&question, &once, &mut |answer| panic!("{answer:?}"));
+        // Nothing that was left half done is remembered.
+        assert!(analyst.known.lock().unwrap().is_empty());
+        let (found, is_whole) = analyst.look(&scene, true, &|| true).unwrap().unwrap();
+        assert_eq!((found.stable, is_whole), (Some(true), true));
+    }
+
+    #[test]
     fn a_slow_map_comes_coarse_first_and_ends_exact() {
         let scene = cotouch_scene::load("single-axis", &[]).unwrap();
         let MapAxes { x, y } = axes(11).unwrap();
@@ -280,6 +330,6 @@ mod tests {
         });
         let found = answers("single-axis", false, wrong, &|| true);
         assert!(matches!(&found[1..], [Answer::Failed("map", why)] if why.contains("no.key")), "{found:?}");
-        assert_eq!(answers("single-axis", true, axes(4), &|| false).len(), 1);
+        assert!(answers("single-axis", true, axes(4), &|| false).is_empty());
     }
 }

@@ -60,7 +60,9 @@ largest one, in network periods, up to which the scene is stable, from its own d
 be stable again); its fraction counts ticks, as link.impairment.latency_s does with link.play_out=on-arrival. The \
 loss rate is the share of lost packets at which the mean square of the motion stops dying out; a table has it for longer \
 delays too. A rate is the one at which, from the scene's downwards, the verdict first turns, to a thousandth; rates are looked at \
-down to 1/64, each alone (the haptic rate no lower than the network rate) and both divided by the same factor. Of an \
+down to 1/64, each alone (the haptic rate no lower than the network rate) and both divided by the same factor. Each is looked \
+for at some places, so that a window of instability that lies between two looks is missed: what is told of a value that one \
+wants to use is checked by `cotouch analyze stability` with that value. Of an \
 unstable scene it says which change of a single value makes it stable, the smallest first; each was analysed whole.
 
 Stable in the mean square whatever is lost is not harmless: while nothing arrives, copies of an object may drift apart, and come \
