@@ -202,8 +202,9 @@ fn honest_members_send_nothing_that_cannot_be() {
     }
 }
 
-/// A simulated hand flies while its device fails, and is somewhere else when that comes back: it is faded out and in, and not expelled,
-/// nor is the server that tells others where it keeps its own.
+/// A simulated hand flies while its device fails, and is somewhere else when that comes back. Its host tells of it from where it was, so that
+/// nothing jumps; where that is left to the couplings, it is faded out and in, and not expelled, nor is the server that tells others where it
+/// keeps its own.
 #[test]
 fn a_device_that_comes_back_is_no_lie() {
     for (name, device, jumps) in [
@@ -213,10 +214,13 @@ fn a_device_that_comes_back_is_no_lie() {
         ("grasp", "ben=faulty:fail@4+0.5", false),
     ] {
         let devices = [device.parse().unwrap()];
-        let summary = run_with_devices(&built_in(name, &[]), &devices, |_| (), 8.0, None, |_| true).unwrap();
-        assert_eq!(summary.expelled, [], "{name} {device}");
-        assert!(summary.users_detail.iter().any(|user| user.device_faults.is_some()));
-        assert_eq!(summary.network.implausible > 0, jumps, "{name} {device}");
+        for (rejoin, jumps) in [("session.rejoin_s=1.5", false), ("session.rejoin_s=0", jumps)] {
+            let scene = built_in(name, &[rejoin]);
+            let summary = run_with_devices(&scene, &devices, |_| (), 8.0, None, |_| true).unwrap();
+            assert_eq!(summary.expelled, [], "{name} {device} {rejoin}");
+            assert!(summary.users_detail.iter().any(|user| user.device_faults.is_some()));
+            assert_eq!(summary.network.implausible > 0, jumps, "{name} {device} {rejoin}");
+        }
     }
 }
 
