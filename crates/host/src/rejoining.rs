@@ -247,7 +247,7 @@ impl Rejoining {
             return;
         }
         let place = place.map(|place| (place, DVec3::ZERO));
-        let apart = place.and_then(|place| self.from_body(world, usize::from(finger.body), place));
+        let apart = place.and_then(|place| self.stretch_at(world, usize::from(finger.body), place));
         finger.offset.advance(self.pace, apart.unwrap_or_default().position);
     }
 
@@ -257,17 +257,17 @@ impl Rejoining {
         let depth = |apart: &Stretch| apart.position.length_squared();
         let deepest = (0..states.len())
             .filter(|&body| bodies.models()[body].surface.exists())
-            .filter_map(|body| Some((body, self.from_body(world, body, hand)?)))
+            .filter_map(|body| Some((body, self.stretch_at(world, body, hand)?)))
             .max_by(|(_, one), (_, other)| depth(one).total_cmp(&depth(other)));
         if let Some((body, apart)) = deepest {
             return (body, Some(apart));
         }
         let body = nearest(bodies.moving(), states, hand.0);
-        (body, self.from_body(world, body, hand))
+        (body, self.stretch_at(world, body, hand))
     }
 
     /// How a finger stands to where it would be without force at a body: at a point, or out of the surface that it is in.
-    fn from_body(
+    fn stretch_at(
         &self,
         (bodies, states): (&Bodies, &[BodyState]),
         body: usize,

@@ -36,7 +36,7 @@ use crate::route::Route;
 pub const MAX_DATAGRAM: usize = 1200;
 
 /// Version of everything that this crate puts on the wire.
-pub const PROTOCOL_VERSION: u16 = 3;
+pub const PROTOCOL_VERSION: u16 = 4;
 
 /// Length of the header that every datagram starts with, bytes.
 pub const HEADER_BYTES: usize = size_of::<RawHeader>();

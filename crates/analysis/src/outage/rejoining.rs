@@ -135,12 +135,13 @@ impl Rejoining {
             rows.push((held_row, own_row));
             for (index, column) in of_pair.columns.iter_mut().enumerate() {
                 column.own = read(pair, observed, own_row, true, index);
-                let moved = pair.kind != PairKind::Copy && matches!(pair.kind, PairKind::FingerAt(_));
+                // Of a finger at a copy only what it moved on the body is displaced: that is in no ratchet.
+                let is_rest = matches!(pair.kind, PairKind::FingerAt(_));
                 for turns in [false, true] {
                     let apart =
                         column.held[usize::from(turns)].position - column.own[usize::from(turns)].position;
                     column.offsets[usize::from(turns)]
-                        .advance(self.pace, if moved { DVec3::ZERO } else { apart });
+                        .advance(self.pace, if is_rest { DVec3::ZERO } else { apart });
                 }
             }
         }

@@ -164,9 +164,9 @@ fn patterns(hands: usize, axes: usize) -> Vec<Vec<DVec3>> {
         usize::BITS as usize - hands.leading_zeros() as usize
     };
     let sign = |pattern: usize, hand: usize| {
-        // All signs, or the rows of a Hadamard matrix (Sylvester 1867).
+        // All signs, or the rows of a Hadamard matrix.
         let which = if hands <= ALL_SIGNS { (1 << hand) >> 1 } else { hand };
-        if (pattern & which).count_ones() % 2 == 0 { 1.0 } else { -1.0 }
+        if (pattern & which).count_ones().is_multiple_of(2) { 1.0 } else { -1.0 }
     };
     let along = |axis: usize| {
         (0..1_usize << bits).map(move |pattern| {

@@ -194,7 +194,7 @@ fn errors_tell_what_was_found() {
     assert_eq!(with(2, 9), WireError::Version { found: 9, session: 3, from_newcomer: false });
     assert_eq!(
         with(2, 9).to_string(),
-        "the datagram is of protocol version 9; this program speaks version 3"
+        "the datagram is of protocol version 9; this program speaks version 4"
     );
     assert_eq!(with(8, 77), WireError::Kind(77));
     assert_eq!(with(8, 2), WireError::Kind(2));
