@@ -2,8 +2,9 @@
 //! secured layer: whatever a member says through its channel arrives here.
 #![no_main]
 
-use cotouch_net::{Config, DatagramBytes, Endpoint, HEADER_BYTES, Route, StartWhen, Transmit};
-use cotouch_scene::scene::{Architecture, PlayOut};
+use cotouch_net::{Config, DatagramBytes, Endpoint, HEADER_BYTES, Plausibility, Route, StartWhen, Transmit};
+use cotouch_scene::load;
+use cotouch_scene::scene::{Architecture, PlayOut, Scene};
 use cotouch_scene::time::LocalTime;
 use libfuzzer_sys::fuzz_target;
 use xxhash_rust::xxh3::xxh3_64;
@@ -11,6 +12,11 @@ use xxhash_rust::xxh3::xxh3_64;
 const MILLISECOND: i64 = 1_000_000;
 /// Where a header says what follows.
 const KIND: usize = 8;
+
+/// Whose bounds of what can be hold.
+fn scene() -> Scene {
+    load("single-axis", &["session.users=3".parse().unwrap()]).unwrap()
+}
 
 fn config(seed: u64) -> Config {
     Config {
@@ -23,6 +29,7 @@ fn config(seed: u64) -> Config {
         play_out: PlayOut::Scheduled,
         play_out_periods: vec![1; 3],
         peer_timeout_ns: 1_000 * MILLISECOND,
+        plausibility: Some(Plausibility::new(&scene())),
         user: None,
         start: StartWhen::Hosts(2),
         start_delay_ns: 100 * MILLISECOND,

@@ -4,7 +4,7 @@ use cotouch_device::{Fault, FaultyDevice, SimulatedUser};
 use cotouch_runtime::{TickRecord, VirtualSession};
 use cotouch_scene::names::HostIndex;
 use cotouch_scene::scene::{Impairment, Scene};
-use cotouch_testkit::{built_in, scenes::edited};
+use cotouch_testkit::{Random, built_in, scenes::edited};
 use glam::DVec3;
 
 /// When faults begin, s of session time.
@@ -174,5 +174,95 @@ fn table_of_faults() {
                 now.speed_m_per_s
             );
         }
+    }
+}
+
+/// One session of the hour below, s. Its faults are outages and bursts of losses one way and all ways, latencies of up to 10 ms (longer ones
+/// are no fault but another, for some scenes unstable, link), and loops that stand still.
+const SESSION_S: f64 = 30.0;
+
+/// What partners feel in a session with random faults from second 2 on, or in the same without any.
+fn felt_among_random_faults(scene: &Scene, seed: u64, with_faults: bool) -> Felt {
+    let mut random = Random::new(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let control = scene.rates.control_hz;
+    let device = |host| (SimulatedUser::new(scene, host).unwrap(), None);
+    let mut session = VirtualSession::with_devices(scene, device).unwrap();
+    let mut felt = Felt::default();
+    let users = scene.session.users;
+    let mut last: Vec<Vec<DVec3>> = vec![Vec::new(); usize::from(users)];
+    // Until when a hand counts as one that was free.
+    let mut freed_until = vec![0; usize::from(users)];
+    let mut tick = control.ticks_in(2.0);
+    assert!(session.run_to_tick(tick, |_, _| {}));
+    while tick < control.ticks_in(SESSION_S) {
+        let lasts_s = 0.02 + 2.0 * random.unit() * random.unit();
+        let mut host = || HostIndex(random.below(usize::from(users)) as u8);
+        let (from, to) = (host(), host());
+        let kind = random.below(5);
+        let impairment = match kind {
+            0 | 1 => Impairment { loss_rate: 0.999, loss_burst_packets: 1e5, ..Impairment::NONE },
+            2 => Impairment { loss_rate: 0.3, loss_burst_packets: 30.0, ..Impairment::NONE },
+            _ => Impairment { latency_s: 0.01 * random.unit(), ..Impairment::NONE },
+        };
+        let stands_still = kind == 4 && random.below(2) == 0;
+        if with_faults && stands_still {
+            session.stand_still(from, control.ticks_in(lasts_s.min(1.0)));
+            freed_until[from.index()] = tick + control.ticks_in(lasts_s + 2.0);
+        } else if with_faults {
+            for one in scene.hosts() {
+                for other in one.others(users) {
+                    if kind != 1 || (one, other) == (from, to) {
+                        session.link_mut(one, other).set_impairment(&impairment);
+                    }
+                }
+            }
+        }
+        let mut observe = |host: HostIndex, record: &TickRecord| {
+            let forces: Vec<DVec3> = record.commanded.iter().map(|wrench| wrench.force).collect();
+            let last = std::mem::replace(&mut last[host.index()], forces);
+            if control.first_tick_at(record.instant) < freed_until[host.index()] {
+                return;
+            }
+            let forces = record.commanded.iter().map(|wrench| wrench.force);
+            for (now, before) in forces.clone().zip(last) {
+                felt.step_n = felt.step_n.max((now - before).length());
+            }
+            felt.peak_n = forces.map(|force| force.length()).fold(felt.peak_n, f64::max);
+        };
+        tick += control.ticks_in(lasts_s);
+        session.run_to_tick(tick, &mut observe);
+        for one in scene.hosts() {
+            for other in one.others(users) {
+                session.link_mut(one, other).set_impairment(&Impairment::NONE);
+            }
+        }
+        tick += control.ticks_in(0.5 + 3.0 * random.unit());
+        session.run_to_tick(tick, &mut observe);
+    }
+    felt
+}
+
+/// `cargo test --release -p cotouch-runtime --test it faults::an_hour -- --ignored --nocapture`; with `FAULT_SESSIONS=N`, so many sessions
+/// a scene instead of 120.
+#[test]
+#[ignore = "an hour of virtual time a scene: prints a table"]
+fn an_hour_of_random_faults() {
+    let sessions = std::env::var("FAULT_SESSIONS").map_or(120, |text| text.parse().unwrap());
+    println!("| scene | N a tick, without → with | N |\n|---|---|---|");
+    for name in cotouch_scene::builtin::names() {
+        let scene = built_in(name, &[]);
+        let mut worst = [Felt::default(); 2];
+        for seed in 0..sessions {
+            for (worst, with_faults) in worst.iter_mut().zip([false, true]) {
+                let felt = felt_among_random_faults(&scene, seed, with_faults);
+                worst.step_n = worst.step_n.max(felt.step_n);
+                worst.peak_n = worst.peak_n.max(felt.peak_n);
+            }
+        }
+        let [without, with] = worst;
+        println!(
+            "| `{name}` | {:.2} → {:.2} | {:.1} → {:.1} |",
+            without.step_n, with.step_n, without.peak_n, with.peak_n
+        );
     }
 }
