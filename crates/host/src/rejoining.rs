@@ -63,7 +63,7 @@ pub struct FingerOffset {
 #[derive(Clone, Debug)]
 pub(crate) struct Rejoining {
     pub(crate) pace: RejoiningPace,
-    /// A sample that comes so many network steps after the one before it meets what came apart.
+    /// A sample that is of more network steps after the one before it meets what came apart.
     gap_steps: u64,
     finger_radius_m: f64,
 }

@@ -82,7 +82,7 @@ pub(crate) static SCENE: &[Key<SceneValues>] = &[
     Key::new("session.seed", Kind::Count { min: 0, max: i64::MAX as u64 }, Is("1"), "", "Seed of everything random: the same scene and seed give the same bytes.", at!(session.seed)),
     Key::new("session.peer_timeout_s", number(0.01, 60.0), Is("0.25"), "s", "A peer of which no sample came for so long has left; older samples are not used.", at!(session.peer_timeout_s)),
     Key::new("session.peer_fade_s", FADE, Is("0.25"), "s", "Time in which the coupling to a peer fades in when it comes and out when it goes; 0 is at once.", at!(session.peer_fade_s)),
-    Key::new("session.rejoin_after_s", number(0.01, 60.0), Is("0.05"), "s", "After so long without a sample of a peer, what came apart is brought together within session.rejoin_s.", at!(session.rejoin_after_s)),
+    Key::new("session.rejoin_after_s", number(0.01, 60.0), Is("0.05"), "s", "After longer gaps between samples of a peer, in whole network steps, what came apart is brought together within session.rejoin_s.", at!(session.rejoin_after_s)),
     Key::new("session.rejoin_s", FADE, Is("1.5"), "s", "Time in which what came apart while a peer was away, or a device failed, is brought together; 0 leaves it to the couplings at once.", at!(session.rejoin_s)),
 
     Key::new("rates.control_hz", Kind::Rate { min: 1, max: 20_000 }, Is("1024"), "Hz", "Haptic rate, 1/T_c: forces are computed so often.", at!(rates.control_hz)),
