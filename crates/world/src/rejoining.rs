@@ -4,13 +4,13 @@
 //! Of a coupling with the stretch d (from the one to the other, m or rad) and its rate v only `d − o` and `v − ν` count. As the two
 //! hear of each other again, the offset is o := d − s and its rate ν := v − v_s, where s and v_s are the stretch and the rate that
 //! counted last (none after a coupling had faded out): the force goes on from what it was. Then, at every tick, with u = min(1, t/T_b),
-//! w = min(1, t/T_f), and ō = |o| + |ν|·T_f/2 of the beginning,
+//! w = min(1, t/T_f), T the period, and L(u) = 1 − 10u³ + 15u⁴ − 6u⁵, the way with the least jerk (Flash & Hogan 1985),
 //!
 //! ```text
 //! fade      ν := (v − v_s)·(1 − 3w² + 2w³)                      what moves fast is not caught at once ...
 //! drift     o := o + ν·T                                        ... and comes farther apart meanwhile
 //! ratchet   o := o·min(1, max(0, (d − s)·o/|o|²))               what comes together by itself stays together
-//! cap       |o| ≤ ō·(1 − 10u³ + 15u⁴ − 6u⁵)                     the rest in T_b, with the least jerk (Flash & Hogan 1985)
+//! bleed     o := o·L(u)/L(u − T/T_b)                            the rest goes away within T_b
 //! ```
 //!
 //! All of it is in proportion to d, v, s and v_s: twice as far apart is twice the force.
@@ -65,8 +65,6 @@ impl RejoiningPace {
 pub struct Offset {
     /// o, m or rad.
     value: DVec3,
-    /// ō.
-    first: f64,
     /// s.
     former: DVec3,
     /// v − v_s, m/s or rad/s.
@@ -84,9 +82,7 @@ impl Offset {
             return Self::default();
         }
         let (value, rate) = (apart.position - former.position, apart.velocity - former.velocity);
-        let drift_s = 0.5 * pace.period_s / pace.fade_per_tick;
-        let first = value.length() + drift_s * rate.length();
-        Self { value, first, former: former.position, rate, bled: 0.0, faded: 0.0 }
+        Self { value, former: former.position, rate, bled: 0.0, faded: 0.0 }
     }
 
     /// o and ν: what is to be taken off the stretch and its rate.
@@ -109,6 +105,7 @@ impl Offset {
         if self.faded >= 1.0 {
             self.rate = DVec3::ZERO;
         }
+        let before = least_jerk_left(self.bled);
         // Sums of ticks' shares fall short of 1 by their rounding.
         self.bled = (self.bled + bleed_per_tick).min(1.0);
         if self.bled > 1.0 - 0.5 * bleed_per_tick {
@@ -117,8 +114,8 @@ impl Offset {
         let size = self.value.length();
         if size > 0.0 {
             let along = self.value / size;
-            let left = (apart - self.former).dot(along).min(self.first * least_jerk_left(self.bled));
-            self.value = along * left.min(size).max(0.0);
+            let left = (apart - self.former).dot(along).min(size).max(0.0);
+            self.value = along * (left * least_jerk_left(self.bled) / before);
         }
     }
 }
@@ -199,17 +196,19 @@ mod tests {
     #[test]
     fn what_came_together_by_itself_stays_together() {
         let mut offset = Offset::met(pace(), at(DVec3::X * 0.1), Stretch::default());
+        // So soon nothing is bled yet.
+        let is_at = |offset: &Offset, x: f64| (offset.value().position - DVec3::X * x).length() < 1e-7 * x;
         offset.advance(pace(), DVec3::X * 0.04);
-        assert!((offset.value().position - DVec3::X * 0.04).length() < 1e-15);
+        assert!(is_at(&offset, 0.04));
         offset.advance(pace(), DVec3::X * 0.08);
-        assert!((offset.value().position - DVec3::X * 0.04).length() < 1e-15, "it never grows");
+        assert!(is_at(&offset, 0.04), "it never grows");
         offset.advance(pace(), DVec3::X * -0.001);
         assert_eq!(offset.value(), Stretch::default());
         assert!(offset.is_over());
         // A stretch that was there before is none that came about meanwhile.
         let mut offset = Offset::met(pace(), at(DVec3::X * 0.1), at(DVec3::X * 0.03));
         offset.advance(pace(), DVec3::X * 0.06);
-        assert!((offset.value().position - DVec3::X * 0.03).length() < 1e-15);
+        assert!(is_at(&offset, 0.03));
     }
 
     #[test]
