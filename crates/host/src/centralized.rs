@@ -20,9 +20,9 @@ pub(crate) fn render(peers: &[PeerState], output: &mut TickOutput) {
         if let Entry::Force { point, wrench } = entry
             && let Some(device) = output.device.get_mut(usize::from(*point))
         {
-            let added =
+            let offset =
                 server.forces.get(usize::from(*point)).map_or(DVec3::ZERO, |force| force.value().position);
-            *device = Wrench::force(server.fade * (wrench.force - added));
+            *device = Wrench::force(server.fade * (wrench.force - offset));
         }
     }
 }

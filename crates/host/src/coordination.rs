@@ -163,8 +163,7 @@ impl Channel {
                 (Stretch::between_orientations(turning(own), turning(copy)), displaced.rotation)
             }
         };
-        let offset = offset.value();
-        Stretch { position: apart.position - offset.position, velocity: apart.velocity - offset.velocity }
+        apart - offset.value()
     }
 
     fn push(&self, on_body: &mut Wrench, force: DVec3) {

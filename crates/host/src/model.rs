@@ -150,7 +150,7 @@ impl HostModel {
         const CONTACT: usize = 192;
         const SOFT_CONTACT: usize = 320;
         const VECTOR: usize = 24;
-        const OFFSET: usize = 80;
+        const OFFSET: usize = 96;
         let entries =
             |host: HostIndex| usize::from(self.fingers[host.index()]) + self.body_count() + MAX_FINGERS;
         let samples = |host: HostIndex| self.peers.max_samples(host) * (16 + entries(host) * ENTRY);
@@ -162,6 +162,7 @@ impl HostModel {
         4096 + peers
             + self.body_count() * ENTRY
             + self.contacts.len() * CONTACT
+            + self.own_fingers() * OFFSET
             + self.soft_slots() * SOFT_CONTACT
     }
 }

@@ -27,7 +27,7 @@ pub struct PeerState {
     pub bodies: Vec<BodyOffset>,
     /// How far each of its fingers does, at a host that has a world.
     pub fingers: Vec<FingerOffset>,
-    /// What is added to the forces that it says, at a client, N.
+    /// What is taken off the forces that it says, at a client, N.
     pub forces: Vec<Offset>,
     /// Set in the tick in which its coupling begins to fade in.
     pub begins: bool,

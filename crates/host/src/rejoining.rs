@@ -83,14 +83,13 @@ pub(crate) struct Before {
 impl Rejoining {
     pub(crate) fn new(scene: &Scene) -> Self {
         let session = &scene.session;
-        let gap_steps = session.rejoin_after_s * scene.rates.network_hz.hz();
         Self {
             pace: RejoiningPace::new(
                 session.rejoin_s,
                 session.peer_fade_s,
                 scene.rates.control_hz.period_s(),
             ),
-            gap_steps: gap_steps.ceil().max(1.0) as u64,
+            gap_steps: scene.rejoin_gap_steps(),
             finger_radius_m: scene.hand.finger_radius_m,
         }
     }
@@ -109,7 +108,7 @@ impl Rejoining {
         let of_body = |&body: &usize| {
             let (offset, apart) =
                 (peer.bodies.get(body)?, apart(held, body, &states[body]).unwrap_or_default());
-            Some((less(apart.0, offset.translation.value()), less(apart.1, offset.rotation.value())))
+            Some((apart.0 - offset.translation.value(), apart.1 - offset.rotation.value()))
         };
         let of_finger = |(finger, _): (usize, &FingerOffset)| {
             let hand = samples::hand(held, finger).unwrap_or_default();
@@ -153,7 +152,11 @@ impl Rejoining {
         }
         let former = before.map(|before| before.forces.as_slice()).unwrap_or_default();
         for ((offset, force), former) in peer.forces.iter_mut().zip(forces(held)).zip(former) {
-            *offset = Offset::met(self.pace.at_the_pace_of_rates(), standing(force), standing(*former));
+            *offset = Offset::met(
+                self.pace.at_the_pace_of_rates(),
+                Stretch::at_rest(force),
+                Stretch::at_rest(*former),
+            );
         }
         self.meet_fingers((bodies, states), peer, before, anew);
     }
@@ -337,14 +340,6 @@ fn apart(sample: &StatePacket, body: usize, own: &BodyState) -> Option<(Stretch,
         Stretch::between(own.point(), copy.point()),
         Stretch::between_orientations(turning(own), turning(&copy)),
     ))
-}
-
-fn less(stretch: Stretch, offset: Stretch) -> Stretch {
-    Stretch { position: stretch.position - offset.position, velocity: stretch.velocity - offset.velocity }
-}
-
-fn standing(position: DVec3) -> Stretch {
-    Stretch { position, velocity: DVec3::ZERO }
 }
 
 /// The forces that a sample says, in the order of fingers, N.

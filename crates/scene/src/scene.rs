@@ -172,6 +172,13 @@ impl SceneValues {
         of_way.map_or(&self.link.impairment, |way| &way.impairment)
     }
 
+    /// What came apart is brought together slowly after a sample that is of more network steps than this after the one before it:
+    /// `session.rejoin_after_s`, rounded up.
+    #[must_use]
+    pub fn rejoin_gap_steps(&self) -> u64 {
+        (self.session.rejoin_after_s * self.rates.network_hz.hz()).ceil().max(1.0) as u64
+    }
+
     /// Whole network periods that a packet from `from` is kept before use in the receiver, by `scheduled` play-out.
     ///
     /// Distributed: `link.delay_periods` each way. Centralized: the round trip is `link.delay_periods`, of which

@@ -1,6 +1,8 @@
 //! Virtual couplers: a spring and damper between two moving points (Fotoohi Ghiam 2006, (3.4), (4.25)–(4.29)), and how
 //! far two frames are turned against each other.
 
+use std::ops::{Add, Sub};
+
 use cotouch_scene::scene::SpringDamper;
 use glam::{DQuat, DVec3};
 
@@ -15,6 +17,12 @@ pub struct Stretch {
 }
 
 impl Stretch {
+    /// That does not change.
+    #[must_use]
+    pub fn at_rest(position: DVec3) -> Self {
+        Self { position, velocity: DVec3::ZERO }
+    }
+
     /// From `near` to `far`, each a position (m) and a velocity (m/s).
     #[must_use]
     pub fn between(near: (DVec3, DVec3), far: (DVec3, DVec3)) -> Self {
@@ -25,6 +33,22 @@ impl Stretch {
     #[must_use]
     pub fn between_orientations(near: (DQuat, DVec3), far: (DQuat, DVec3)) -> Self {
         Self { position: rotation_vector(far.0 * near.0.conjugate()), velocity: far.1 - near.1 }
+    }
+}
+
+impl Add for Stretch {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self { position: self.position + other.position, velocity: self.velocity + other.velocity }
+    }
+}
+
+impl Sub for Stretch {
+    type Output = Self;
+
+    fn sub(self, other: Self) -> Self {
+        Self { position: self.position - other.position, velocity: self.velocity - other.velocity }
     }
 }
 

@@ -104,7 +104,7 @@ impl Rejoining {
         match self.pairs[pair].kind {
             PairKind::FingerAt(copy) => {
                 let along = self.pairs[pair].along(&offsets.pairs[copy].columns[column]);
-                [more(along, own.value(false)), Stretch::default()]
+                [along + own.value(false), Stretch::default()]
             }
             PairKind::Copy | PairKind::Finger => [own.value(false), own.value(true)],
         }
@@ -161,6 +161,11 @@ impl Rejoining {
         observed: &Rows,
         rows: &[(usize, usize)],
     ) {
+        let is_due =
+            |pair: &Pair| timeline.meets(pair.to, pair.from).is_some_and(|meeting| meeting.tick == tick);
+        if !self.pairs.iter().any(is_due) {
+            return;
+        }
         let before = offsets.pairs.clone();
         for (place, pair) in self.pairs.iter().enumerate() {
             let Some(meeting) = timeline.meets(pair.to, pair.from).filter(|meeting| meeting.tick == tick)
@@ -177,13 +182,12 @@ impl Rejoining {
                         PairKind::FingerAt(copy) => {
                             let (then, now) =
                                 (&before[copy].columns[index], &offsets.pairs[copy].columns[index]);
-                            let counted = less(less(was.held[at], pair.along(then)), was.value(turns));
-                            (Stretch::default(), less(counted, less(held[at], pair.along(now))))
+                            let counted = was.held[at] - pair.along(then) - was.value(turns);
+                            (Stretch::default(), counted - (held[at] - pair.along(now)))
                         }
-                        PairKind::Copy | PairKind::Finger => (
-                            less(held[at], was.own[at]),
-                            less(less(was.held[at], was.own[at]), was.value(turns)),
-                        ),
+                        PairKind::Copy | PairKind::Finger => {
+                            (held[at] - was.own[at], was.held[at] - was.own[at] - was.value(turns))
+                        }
                     };
                     let former = if meeting.goes_on { former } else { Stretch::default() };
                     met[at] = Offset::met(self.pace, apart, former);
@@ -198,7 +202,7 @@ impl Pair {
     /// How a finger is displaced along with a copy.
     fn along(&self, copy: &OfColumn) -> Stretch {
         let Stretch { position, velocity } = copy.value(true);
-        more(copy.value(false), Stretch { position: self.arm * position, velocity: self.arm * velocity })
+        copy.value(false) + Stretch { position: self.arm * position, velocity: self.arm * velocity }
     }
 }
 
@@ -225,14 +229,6 @@ impl OfColumn {
     fn value(&self, turns: bool) -> Stretch {
         self.offsets[usize::from(turns)].value()
     }
-}
-
-fn less(one: Stretch, other: Stretch) -> Stretch {
-    Stretch { position: one.position - other.position, velocity: one.velocity - other.velocity }
-}
-
-fn more(one: Stretch, other: Stretch) -> Stretch {
-    Stretch { position: one.position + other.position, velocity: one.velocity + other.velocity }
 }
 
 fn read(pair: &Pair, observed: &Rows, first: usize, has_velocities: bool, column: usize) -> [Stretch; 2] {

@@ -155,8 +155,8 @@ enum Question {
 /// Most fingers of which all patterns of signs are tried: then 32 along each axis, since the opposite is the same.
 const ALL_SIGNS: usize = 6;
 
-/// Pushes of all hands along one axis, by 1 N forwards or backwards. Over all of them each hand's is 0 in the mean, and no two go together: the
-/// same mean squares as of independent pushes in random directions.
+/// Pushes of all hands along one axis, by 1 N forwards or backwards, but for their opposites, which do the opposite. Over all of them no two
+/// hands go together: the same mean squares as of independent pushes in random directions.
 fn patterns(hands: usize, axes: usize) -> Vec<Vec<DVec3>> {
     let bits = if hands <= ALL_SIGNS {
         hands.max(1) - 1
@@ -325,8 +325,8 @@ impl<'a> Acting<'a> {
             }
             offset.advance(pace, *last);
             if meets {
-                let standing = |position| Stretch { position, velocity: DVec3::ZERO };
-                *offset = Offset::met(pace, standing(said), standing(*last - offset.value().position));
+                let counted = Stretch::at_rest(*last) - offset.value();
+                *offset = Offset::met(pace, Stretch::at_rest(said), counted);
             }
             let added = -offset.value().position;
             for axis in 0..stepper.axes {
@@ -489,5 +489,29 @@ fn worsen(worst: &mut Worst, gains: &Gains<'_>, place: usize, tick: i64) -> bool
 fn add(target: &mut [f64], factor: f64, row: &[f64]) {
     for (sum, &value) in target.iter_mut().zip(row) {
         *sum += factor * value;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// E p·pᵀ = I/d, of few hands and of many.
+    #[test]
+    fn patterns_of_pushes_are_as_independent_as_random_ones() {
+        for (hands, axes) in [(1, 1), (2, 1), (4, 2), (6, 3), (7, 3), (8, 2), (12, 3)] {
+            let patterns = patterns(hands, axes);
+            let mean = |one: (usize, usize), other: (usize, usize)| {
+                let products = patterns.iter().map(|pushes| pushes[one.0][one.1] * pushes[other.0][other.1]);
+                products.sum::<f64>() / patterns.len() as f64
+            };
+            let numbers = || (0..hands).flat_map(|hand| (0..axes).map(move |axis| (hand, axis)));
+            for one in numbers() {
+                for other in numbers() {
+                    let expected = if one == other { 1.0 / axes as f64 } else { 0.0 };
+                    assert!((mean(one, other) - expected).abs() < 1e-12, "{hands} {axes}: {one:?} {other:?}");
+                }
+            }
+        }
     }
 }

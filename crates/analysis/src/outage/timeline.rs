@@ -245,8 +245,7 @@ impl Notice<'_> {
 
     /// When `to` uses the first sample of `from` after those of these ticks are lost, if that comes after a gap.
     fn after_gap(&self, to: HostIndex, from: HostIndex, (first, end): (i64, i64)) -> Option<Meeting> {
-        let gap_s = self.scene.session.rejoin_after_s;
-        let gap_steps = ((gap_s * self.scene.rates.network_hz.hz()).ceil() as i64).max(1);
+        let gap_steps = self.scene.rejoin_gap_steps() as i64;
         let last_before = first_step_from(&self.schedule, first) - 1;
         let first_after = first_step_from(&self.schedule, end);
         let used = delay(self.scene, from, to).tick_of_use(&self.schedule, first_after);
